@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "common/geometry/gate.h"
+
+namespace gatefield::scene {
+
+/// How a surface answers an active infrared camera: 0 (black, swallows the pattern) to 1 (white).
+using Reflectance = float;
+
+struct Box {
+  Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< box centre and axes in the world
+  Eigen::Vector3d half_m = Eigen::Vector3d::Constant(0.5);
+  Reflectance reflectance = 0.7f;
+};
+
+struct Gate {
+  Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+  GateShape shape;
+  Reflectance reflectance = 0.7f;
+};
+
+/// Everything a camera can see and a drone can hit. World frame W is ENU, z up; a floor lies at z = floor_z_m when has_floor.
+struct World {
+  std::vector<Gate> gates;
+  std::vector<Box> boxes;  ///< clutter: walls, poles, boxes
+  bool has_floor = true;
+  double floor_z_m = 0.0;
+  Reflectance floor_reflectance = 0.6f;
+};
+
+/// The boxes that a gate's frame is made of, in the world: 4 for a square opening, a ring of 16 for a round one.
+/// Depth camera and physics use the same ones, so what is seen is what is hit.
+std::vector<Box> frame_boxes(const Gate& gate);
+
+}  // namespace gatefield::scene

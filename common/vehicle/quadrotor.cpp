@@ -1,0 +1,160 @@
+#include "common/vehicle/quadrotor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace gatefield {
+namespace {
+
+Eigen::Quaterniond rotation_from(const Eigen::Vector3d& angle_B) noexcept {
+  const double half = 0.5 * angle_B.norm();
+  // sin(x)/x by its series near 0, where the quotient loses all digits
+  const double sinc = half < 1e-6 ? 0.5 * (1.0 - half * half / 6.0) : 0.5 * std::sin(half) / half;
+  return {std::cos(half), sinc * angle_B.x(), sinc * angle_B.y(), sinc * angle_B.z()};
+}
+
+struct Derivative {
+  Eigen::Vector3d v;
+  Eigen::Vector3d a;
+  Eigen::Vector4d q;  // x y z w
+  Eigen::Vector3d dw;
+};
+
+Derivative derive(const QuadrotorModel& model, const QuadrotorState& state) noexcept {
+  const Wrench wrench = aerodynamic_wrench(model, state);
+  Derivative d;
+  d.v = state.v_WB;
+  d.a = wrench.force_W / model.mass_kg - Eigen::Vector3d(0, 0, kGravity_m_s2);
+  const Eigen::Quaterniond w(0, state.w_WB_B.x(), state.w_WB_B.y(), state.w_WB_B.z());
+  d.q = 0.5 * (state.q_WB * w).coeffs();
+  const Eigen::Vector3d J = model.inertia_kg_m2;
+  d.dw = (wrench.torque_B - state.w_WB_B.cross(J.cwiseProduct(state.w_WB_B))).cwiseQuotient(J);
+  return d;
+}
+
+QuadrotorState advance(const QuadrotorState& state, const Derivative& d, double dt_s) noexcept {
+  QuadrotorState next = state;
+  next.p_WB += dt_s * d.v;
+  next.v_WB += dt_s * d.a;
+  next.q_WB.coeffs() += dt_s * d.q;
+  next.w_WB_B += dt_s * d.dw;
+  return next;
+}
+
+}  // namespace
+
+Status validate(const QuadrotorModel& model) {
+  const auto wrong = [](const std::string& field, double value, const std::string& expected) {
+    return Error{"vehicle." + field + " is " + std::to_string(value) + ", expected " + expected};
+  };
+  if (!(model.mass_kg > 0 && model.mass_kg <= 100)) return wrong("mass_kg", model.mass_kg, "more than 0 and at most 100 kg");
+  for (int i = 0; i < 3; ++i) {
+    if (!(model.inertia_kg_m2[i] > 0 && model.inertia_kg_m2[i] <= 100))
+      return wrong("inertia_kg_m2[" + std::to_string(i) + "]", model.inertia_kg_m2[i], "more than 0 and at most 100 kg m^2");
+    if (!(model.drag_kg_s[i] >= 0 && model.drag_kg_s[i] <= 100))
+      return wrong("drag_kg_s[" + std::to_string(i) + "]", model.drag_kg_s[i], "0 to 100 kg/s");
+  }
+  for (int i = 0; i < kRotors; ++i) {
+    const double arm_m = model.rotor_position_B_m[static_cast<std::size_t>(i)].norm();
+    if (!(arm_m >= 0.01 && arm_m <= 5)) return wrong("rotor_position_B_m[" + std::to_string(i) + "]", arm_m, "an arm of 0.01 to 5 m");
+    const int spin = model.rotor_spin[static_cast<std::size_t>(i)];
+    if (spin != 1 && spin != -1) return wrong("rotor_spin[" + std::to_string(i) + "]", spin, "+1 or -1");
+  }
+  if (!(model.torque_per_thrust_m > 0 && model.torque_per_thrust_m <= 1))
+    return wrong("torque_per_thrust_m", model.torque_per_thrust_m, "more than 0 and at most 1 m");
+  if (!(model.thrust_min_n >= 0)) return wrong("thrust_min_n", model.thrust_min_n, "at least 0 N");
+  if (!(model.thrust_max_n > model.thrust_min_n && model.thrust_max_n <= 1000))
+    return wrong("thrust_max_n", model.thrust_max_n, "more than thrust_min_n and at most 1000 N");
+  const double weight_n = model.mass_kg * kGravity_m_s2;
+  if (kRotors * model.thrust_max_n <= 1.1 * weight_n)
+    return wrong("thrust_max_n", model.thrust_max_n,
+                 "more than " + std::to_string(1.1 * weight_n / kRotors) + " N per rotor, 1.1 times the weight in all, for a vehicle of " +
+                     std::to_string(model.mass_kg) + " kg to fly");
+  if (kRotors * model.thrust_min_n >= weight_n) return wrong("thrust_min_n", model.thrust_min_n, "less than a quarter of the weight");
+  if (!(model.thrust_rate_max_n_s > 0 && model.thrust_rate_max_n_s <= 1e5))
+    return wrong("thrust_rate_max_n_s", model.thrust_rate_max_n_s, "more than 0 and at most 1e5 N/s");
+  if (!(model.rotor_time_constant_s >= 0.001 && model.rotor_time_constant_s <= 1))
+    return wrong("rotor_time_constant_s", model.rotor_time_constant_s, "0.001 to 1 s");
+  if (!(model.collision_radius_m > 0 && model.collision_radius_m <= 2))
+    return wrong("collision_radius_m", model.collision_radius_m, "more than 0 and at most 2 m");
+  return {};
+}
+
+Eigen::Vector4d hover_thrust_n(const QuadrotorModel& model) {
+  return Eigen::Vector4d::Constant(model.mass_kg * kGravity_m_s2 / kRotors);
+}
+
+Eigen::Vector3d rotor_torque_B(const QuadrotorModel& model, const Eigen::Vector4d& thrust_n) {
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < kRotors; ++i) {
+    const double T = thrust_n[static_cast<Eigen::Index>(i)];
+    torque.x() += model.rotor_position_B_m[i].y() * T;
+    torque.y() -= model.rotor_position_B_m[i].x() * T;
+    torque.z() += model.rotor_spin[i] * model.torque_per_thrust_m * T;
+  }
+  return torque;
+}
+
+Wrench aerodynamic_wrench(const QuadrotorModel& model, const QuadrotorState& state, const Eigen::Vector3d& wind_W) {
+  const Eigen::Matrix3d R_WB = state.q_WB.normalized().toRotationMatrix();
+  const Eigen::Vector3d v_B = R_WB.transpose() * (state.v_WB - wind_W);
+  const Eigen::Vector3d force_B = Eigen::Vector3d(0, 0, state.thrust_n.sum()) - model.drag_kg_s.cwiseProduct(v_B);
+  return {R_WB * force_B, rotor_torque_B(model, state.thrust_n)};
+}
+
+void step_rotors(const QuadrotorModel& model, const ThrustRates& u, double dt_s, QuadrotorState* state) noexcept {
+  const double decay = std::exp(-dt_s / model.rotor_time_constant_s);
+  for (int i = 0; i < kRotors; ++i) {
+    const double rate = std::clamp(u[i], -model.thrust_rate_max_n_s, model.thrust_rate_max_n_s);
+    const double old_command = state->thrust_command_n[i];
+    const double command = std::clamp(old_command + rate * dt_s, model.thrust_min_n, model.thrust_max_n);
+    const double lag = (command - old_command) / dt_s * model.rotor_time_constant_s;
+    state->thrust_n[i] = command - lag + (state->thrust_n[i] - old_command + lag) * decay;
+    state->thrust_command_n[i] = command;
+  }
+}
+
+QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u, double dt_s) noexcept {
+  QuadrotorState half = state;
+  step_rotors(model, u, 0.5 * dt_s, &half);
+  QuadrotorState full = state;
+  step_rotors(model, u, dt_s, &full);
+  const auto with_rotors = [](QuadrotorState body, const QuadrotorState& rotors) {
+    body.thrust_n = rotors.thrust_n;
+    body.thrust_command_n = rotors.thrust_command_n;
+    return body;
+  };
+  const Derivative k1 = derive(model, state);
+  const Derivative k2 = derive(model, with_rotors(advance(state, k1, 0.5 * dt_s), half));
+  const Derivative k3 = derive(model, with_rotors(advance(state, k2, 0.5 * dt_s), half));
+  const Derivative k4 = derive(model, with_rotors(advance(state, k3, dt_s), full));
+  const Derivative mean{(k1.v + 2 * k2.v + 2 * k3.v + k4.v) / 6, (k1.a + 2 * k2.a + 2 * k3.a + k4.a) / 6,
+                        (k1.q + 2 * k2.q + 2 * k3.q + k4.q) / 6, (k1.dw + 2 * k2.dw + 2 * k3.dw + k4.dw) / 6};
+  QuadrotorState next = with_rotors(advance(state, mean, dt_s), full);
+  next.q_WB.normalize();
+  return next;
+}
+
+QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u, double dt_s) noexcept {
+  QuadrotorState next = state;
+  step_rotors(model, u, dt_s, &next);
+  const Eigen::Vector4d thrust_n = 0.5 * (state.thrust_n + next.thrust_n);
+
+  const Eigen::Vector3d& J = model.inertia_kg_m2;
+  const Eigen::Vector3d& w = state.w_WB_B;
+  next.w_WB_B = w + dt_s * (rotor_torque_B(model, thrust_n) - w.cross(J.cwiseProduct(w))).cwiseQuotient(J);
+
+  const Eigen::Vector3d mean_w = 0.5 * (w + next.w_WB_B);
+  const Eigen::Quaterniond q_mid = state.q_WB * rotation_from(0.5 * dt_s * mean_w);
+  next.q_WB = (q_mid * rotation_from(0.5 * dt_s * mean_w)).normalized();
+
+  const Eigen::Matrix3d R_WB = q_mid.toRotationMatrix();
+  const Eigen::Vector3d v_B = R_WB.transpose() * state.v_WB;
+  const Eigen::Vector3d force_B = Eigen::Vector3d(0, 0, thrust_n.sum()) - model.drag_kg_s.cwiseProduct(v_B);
+  next.v_WB = state.v_WB + dt_s * (R_WB * force_B / model.mass_kg - Eigen::Vector3d(0, 0, kGravity_m_s2));
+  next.p_WB = state.p_WB + 0.5 * dt_s * (state.v_WB + next.v_WB);
+  return next;
+}
+
+}  // namespace gatefield

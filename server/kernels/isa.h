@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/result.h"
+
+namespace gatefield::kernels {
+
+/// Instruction sets that this build has and this machine can run, best first, by Highway's names in lower case
+/// (avx3_zen4, avx3, avx2, sse4, ..., emu128).
+std::vector<std::string> available_isas();
+
+/// Name of the one in use.
+std::string_view active_isa() noexcept;
+
+/// Forces one (`--isa`); "auto" takes the best. The error lists what is available. Call before any thread uses a kernel.
+Status select_isa(std::string_view name);
+
+}  // namespace gatefield::kernels
