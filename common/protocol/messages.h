@@ -81,6 +81,8 @@ struct VehicleState {
   bool thrust_known = true;          ///< state.thrust_n is measured or estimated; else the server models it
   Stamp round_trip{0};               ///< newest state-to-command round trip that the client measured; 0 = none yet
   std::uint64_t depth_sequence = 0;  ///< newest depth frame sent before this state; 0 = none
+  std::uint32_t heard_waypoint = 0;  ///< target and lap of the newest command heard: where a restarted server goes on
+  std::uint32_t heard_lap = 0;
 };
 
 enum class DepthEncoding : std::uint8_t {
