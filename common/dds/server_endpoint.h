@@ -1,0 +1,71 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "common/base/result.h"
+#include "common/dds/endpoint.h"
+#include "common/protocol/messages.h"
+
+namespace gatefield::dds {
+
+/// What the planning server hears. Every sample was converted and validated before it gets here, except where said.
+/// Calls come from threads of the middleware: store and return, never block, never call the endpoint from inside.
+/// Calls for one topic never overlap; calls for different topics may.
+class ServerHandler {
+ public:
+  virtual ~ServerHandler() = default;
+
+  /// A client wants to join or leave. Its name is good; anything else that is wrong with the request stands in
+  /// `verdict` (conversion, then protocol::validate), and the server refuses with that sentence. The same request comes
+  /// again when the client hears no answer for a while (same number): answer it again in the same way.
+  virtual void on_session_request(const protocol::SessionRequest& request, const Status& verdict) = 0;
+
+  virtual void on_state(const protocol::VehicleState& state) = 0;
+
+  /// Name, sequence, stamp, encoding and byte count are consistent in themselves; that the size is the session's
+  /// camera's is for protocol::validate(frame, camera). The frame is the handler's for the call: swap `frame.pixels`
+  /// with a buffer of your own to take the image without a copy (the buffer given in return is filled next time).
+  virtual void on_depth(protocol::DepthFrame& frame) = 0;
+
+  /// The client that sent `request` went away: it disposed of its request, or its participant's lease (3 s) ran out.
+  /// When the vehicle's session belongs to another request by now, this is old news.
+  virtual void on_vehicle_gone(const std::string& vehicle, std::uint64_t request) = 0;
+
+  /// A sample was dropped; `vehicle` is empty when the name itself was bad. Called once per dropped sample: rate-limit
+  /// logs.
+  virtual void on_rejected(Topic topic, const std::string& vehicle, const std::string& reason) = 0;
+};
+
+/// The planning server's end of the wire: one participant, readers for what clients say, writers for what they are
+/// told, one command writer per vehicle in a partition of its own, so that no client gets another vehicle's commands.
+/// Thread-safe: yes.   Real-time safe: publish(ThrustRateCommand) does not allocate in this layer after the first call
+/// per vehicle, but makes system calls; the others no.
+class ServerEndpoint {
+ public:
+  /// Joins the domain and listens for `kDiscoveryWait` for a server of the same name. Fails with a sentence when there
+  /// is one, when the name or the domain is out of range, or when the middleware refuses (no network, no shared
+  /// memory). Of two servers of one name that start at the same moment, exactly one goes on (the one with the smaller
+  /// GUID).
+  /// @param handler  must outlive the endpoint; may be called before create() returns.
+  static Result<std::unique_ptr<ServerEndpoint>> create(std::uint32_t domain, const std::string& server_name,
+                                                        ServerHandler* handler, const TransportOptions& transport = {});
+  virtual ~ServerEndpoint() = default;
+
+  /// Answers a request. An accepted reply opens the vehicle's command writer before it goes out.
+  virtual Status publish(const protocol::SessionReply& reply) = 0;
+  /// @return false when the vehicle has no command writer (not accepted, or dropped), the command fails validation, or
+  /// the middleware refuses it.
+  virtual bool publish(const protocol::ThrustRateCommand& command) noexcept = 0;
+  virtual bool publish(const protocol::Telemetry& telemetry) noexcept = 0;
+
+  /// The session is over: closes the vehicle's command writer and withdraws its reply. Nothing happens for unknown
+  /// names.
+  virtual void drop_vehicle(const std::string& vehicle) = 0;
+
+  static constexpr std::chrono::milliseconds kDiscoveryWait{700};
+};
+
+}  // namespace gatefield::dds
