@@ -1,0 +1,264 @@
+#include "common/protocol/validate.h"
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace gatefield::protocol {
+namespace {
+
+constexpr double kMaxPosition_m = 1e5;
+constexpr double kMaxSpeed_m_s = 200.0;
+constexpr double kMaxRate_rad_s = 200.0;
+constexpr double kMaxThrust_n = 1e4;
+constexpr double kMaxThrustRate_n_s = 1e6;
+constexpr double kMaxDuration_s = 60.0;
+constexpr double kUnitTolerance = 1e-3;
+
+// Every check below returns this: success costs nothing, a refusal builds its sentence.
+Error wrong(const std::string& field, const std::string& value, const std::string& expected) {
+  return Error{field + " is " + value + ", expected " + expected};
+}
+
+std::string text(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.9g", value);
+  return buffer;
+}
+template <typename Integer>
+std::string text_of(Integer value) {
+  return std::to_string(value);
+}
+
+template <typename Vector>
+std::string text(const Eigen::MatrixBase<Vector>& v) {
+  std::string out = "(";
+  for (Eigen::Index i = 0; i < v.size(); ++i) out += (i ? ", " : "") + text(static_cast<double>(v[i]));
+  return out + ")";
+}
+
+// Control characters in a sentence could forge log lines and terminal commands.
+bool printable(const std::string& s) {
+  for (const char c : s) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f) return false;
+  }
+  return true;
+}
+
+Status check_version(std::uint32_t version) {
+  if (version != kVersion)
+    return wrong("version", text_of(version), std::to_string(kVersion) + " (the protocol version of this program)");
+  return {};
+}
+
+Status check_stamp(const char* field, Stamp stamp) {
+  if (stamp.count() < 0) return wrong(field, text_of(stamp.count()) + " ns", "at least 0");
+  return {};
+}
+
+Status check_positive(const char* field, std::uint64_t value, const char* expected) {
+  if (value == 0) return wrong(field, "0", expected);
+  return {};
+}
+
+template <typename Vector>
+Status check_norm(const char* field, const Eigen::MatrixBase<Vector>& v, double limit, const char* expected) {
+  if (!v.allFinite() || !(v.norm() < limit)) return wrong(field, text(v), expected);
+  return {};
+}
+
+template <typename Vector>
+Status check_each(const char* field, const Eigen::MatrixBase<Vector>& v, double limit, const char* expected) {
+  if (!v.allFinite() || !(v.cwiseAbs().maxCoeff() <= limit)) return wrong(field, text(v), expected);
+  return {};
+}
+
+Status check_range(const char* field, double value, double low, double high, const char* expected) {
+  if (!(value >= low && value <= high)) return wrong(field, text(value), expected);  // also false for NaN
+  return {};
+}
+
+Status check_text(const char* field, const std::string& value, std::size_t longest) {
+  if (value.size() > longest)
+    return wrong(field, std::to_string(value.size()) + " characters long", "at most " + std::to_string(longest));
+  if (!printable(value)) return wrong(field, "text with control characters", "printable text");
+  return {};
+}
+
+Status check_health(const PlannerHealth& health) {
+  if (auto s = check_range("health.solve_time_s", health.solve_time_s, 0, kMaxDuration_s, "0 to 60 s"); !s) return s;
+  if (auto s = check_range("health.effective_samples", health.effective_samples, 0, 1e9, "0 to 1e9"); !s) return s;
+  if (auto s = check_range("health.lowest_field_m", health.lowest_field_m, -1e6, 1e6, "a finite distance"); !s)
+    return s;
+  if (health.latent_age_s != -1.0)
+    if (auto s = check_range("health.latent_age_s", health.latent_age_s, 0, 1e9, "-1 (none yet) or at least 0 s"); !s)
+      return s;
+  if (auto s = check_range("health.state_age_s", health.state_age_s, 0, 1e9, "at least 0 s"); !s) return s;
+  if (health.target_waypoint >= kMaxWaypoints)
+    return wrong("health.target_waypoint", text_of(health.target_waypoint),
+                 "less than " + std::to_string(kMaxWaypoints));
+  if (health.lap > kMaxLaps) return wrong("health.lap", text_of(health.lap), "at most " + std::to_string(kMaxLaps));
+  return {};
+}
+
+Status check_heard(std::uint32_t waypoint, std::uint32_t lap) {
+  if (waypoint >= kMaxWaypoints)
+    return wrong("heard_waypoint", text_of(waypoint), "less than " + std::to_string(kMaxWaypoints));
+  if (lap > kMaxLaps) return wrong("heard_lap", text_of(lap), "at most " + std::to_string(kMaxLaps));
+  return {};
+}
+
+}  // namespace
+
+Status validate_name(const char* field, const std::string& name) {
+  bool good = !name.empty() && name.size() <= kMaxNameLength;
+  for (const char c : name)
+    good = good && ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+                    c == '.' || c == '-');
+  if (good) return {};
+  // What was sent is repeated only when it can't do harm where it is shown.
+  const std::string shown = name.size() <= kMaxNameLength && printable(name)
+                                ? "\"" + name + "\""
+                                : "a text of " + std::to_string(name.size()) + " characters";
+  return wrong(field, shown, "1 to " + std::to_string(kMaxNameLength) + " of A-Z a-z 0-9 _ . -");
+}
+
+Status validate(const Course& course) {
+  const auto count = course.waypoints.size();
+  if (count < 1 || count > kMaxWaypoints)
+    return wrong("course.waypoints", std::to_string(count) + " long", "1 to " + std::to_string(kMaxWaypoints));
+  for (std::size_t i = 0; i < count; ++i) {
+    const Waypoint& waypoint = course.waypoints[i];
+    const auto field = [i](const char* name) { return "course.waypoints[" + std::to_string(i) + "]." + name; };
+    if (!waypoint.p_W.allFinite() || !(waypoint.p_W.norm() < kMaxPosition_m))
+      return wrong(field("p_W"), text(waypoint.p_W) + " m", "finite and less than 1e5 m from the origin");
+    if (!waypoint.direction_W.allFinite() ||
+        (!waypoint.direction_W.isZero(0.0) && std::abs(waypoint.direction_W.norm() - 1.0) > kUnitTolerance))
+      return wrong(field("direction_W"), text(waypoint.direction_W), "a unit vector, or zero when not known");
+  }
+  if (course.laps < 1 || course.laps > kMaxLaps)
+    return wrong("course.laps", text_of(course.laps), "1 to " + std::to_string(kMaxLaps));
+  if (course.gate.opening != GateShape::Opening::kSquare && course.gate.opening != GateShape::Opening::kRound)
+    return wrong("course.gate.opening", text_of(static_cast<int>(course.gate.opening)), "0 (square) or 1 (round)");
+  if (auto s = gatefield::validate(course.gate); !s) return Error{"course." + s.error()};
+  return {};
+}
+
+Status validate(const SessionRequest& request) {
+  // The version first: of another version, nothing else can be relied on.
+  if (auto s = check_version(request.version); !s) return s;
+  if (auto s = validate_name("vehicle", request.vehicle); !s) return s;
+  if (auto s = check_positive("request", request.request, "a number other than 0, new for each start"); !s) return s;
+  if (request.action != SessionRequest::Action::kJoin && request.action != SessionRequest::Action::kLeave)
+    return wrong("action", text_of(static_cast<int>(request.action)), "0 (join) or 1 (leave)");
+  if (request.action == SessionRequest::Action::kLeave) return {};  // says goodbye; the rest does not matter any more
+  if (request.timing != Timing::kRealTime && request.timing != Timing::kLockstep)
+    return wrong("timing", text_of(static_cast<int>(request.timing)), "0 (real time) or 1 (lockstep)");
+  if (auto s = validate_name("profile", request.profile); !s) return s;
+  if (request.speed_limit_m_s != 0.0)
+    if (auto s = check_range("speed_limit_m_s", request.speed_limit_m_s, 0.5, 50.0,
+                             "0 (the profile's own) or 0.5 to 50 m/s");
+        !s)
+      return s;
+  if (auto s = gatefield::validate(request.quadrotor); !s) return s;
+  if (auto s = gatefield::validate(request.camera); !s) return s;
+  return validate(request.course);
+}
+
+Status validate(const SessionReply& reply) {
+  if (auto s = check_version(reply.version); !s) return s;
+  if (auto s = validate_name("vehicle", reply.vehicle); !s) return s;
+  if (auto s = check_positive("request", reply.request, "the number of the request it answers"); !s) return s;
+  if (auto s = check_text("reason", reply.reason, kMaxReasonLength); !s) return s;
+  if (auto s = validate_name("server", reply.server); !s) return s;
+  if (!reply.accepted) {
+    if (reply.reason.empty()) return wrong("reason", "empty", "a sentence that says why the session was refused");
+    return {};
+  }
+  if (auto s = check_positive("session", reply.session, "a number other than 0 for an accepted session"); !s) return s;
+  if (auto s = check_range("control_period_s", reply.control_period_s, 0.001, 1.0, "0.001 to 1 s"); !s) return s;
+  if (auto s = check_range("plan_step_s", reply.plan_step_s, 0.001, 0.2, "0.001 to 0.2 s"); !s) return s;
+  if (reply.plan_steps < 1 || reply.plan_steps > kMaxPlanSteps)
+    return wrong("plan_steps", text_of(reply.plan_steps), "1 to " + std::to_string(kMaxPlanSteps));
+  return {};
+}
+
+Status validate(const VehicleState& state) {
+  if (auto s = validate_name("vehicle", state.vehicle); !s) return s;
+  if (auto s = check_positive("session", state.session, "the number of an accepted session"); !s) return s;
+  if (auto s = check_positive("sequence", state.sequence, "a number from 1, rising"); !s) return s;
+  if (auto s = check_stamp("stamp", state.stamp); !s) return s;
+  const QuadrotorState& x = state.state;
+  if (auto s = check_norm("p_WB", x.p_WB, kMaxPosition_m, "finite and less than 1e5 m from the origin"); !s) return s;
+  if (auto s = check_norm("v_WB", x.v_WB, kMaxSpeed_m_s, "finite and less than 200 m/s"); !s) return s;
+  if (!x.q_WB.coeffs().allFinite() || !(std::abs(x.q_WB.norm() - 1.0) <= kUnitTolerance))
+    return wrong("q_WB (x y z w)", text(x.q_WB.coeffs()) + " of norm " + text(x.q_WB.norm()), "norm 1 within 1e-3");
+  if (auto s = check_norm("w_WB_B", x.w_WB_B, kMaxRate_rad_s, "finite and less than 200 rad/s"); !s) return s;
+  if (auto s = check_each("thrust_n", x.thrust_n, kMaxThrust_n, "finite and at most 1e4 N"); !s) return s;
+  if (auto s = check_each("thrust_command_n", x.thrust_command_n, kMaxThrust_n, "finite and at most 1e4 N"); !s)
+    return s;
+  if (state.round_trip.count() < 0 || seconds(state.round_trip) > kMaxDuration_s)
+    return wrong("round_trip", text(seconds(state.round_trip)) + " s", "0 (not measured) to 60 s");
+  return check_heard(state.heard_waypoint, state.heard_lap);
+}
+
+Status validate(const DepthFrame& frame, const CameraModel& camera) {
+  if (auto s = validate_name("vehicle", frame.vehicle); !s) return s;
+  if (auto s = check_positive("session", frame.session, "the number of an accepted session"); !s) return s;
+  if (auto s = check_positive("sequence", frame.sequence, "a number from 1, rising"); !s) return s;
+  if (auto s = check_stamp("stamp", frame.stamp); !s) return s;
+  if (frame.width_px != static_cast<std::uint32_t>(camera.width_px) ||
+      frame.height_px != static_cast<std::uint32_t>(camera.height_px))
+    return wrong("size", text_of(frame.width_px) + " x " + text_of(frame.height_px) + " px",
+                 text_of(camera.width_px) + " x " + text_of(camera.height_px) + " px, the session's camera");
+  if (frame.encoding != DepthEncoding::kMillimetres16 && frame.encoding != DepthEncoding::kMetres32)
+    return wrong("encoding", text_of(static_cast<int>(frame.encoding)), "0 (16-bit millimetres) or 1 (32-bit metres)");
+  const std::size_t expected = std::size_t{frame.width_px} * frame.height_px * bytes_per_pixel(frame.encoding);
+  if (frame.pixels.size() != expected)
+    return wrong("pixels", std::to_string(frame.pixels.size()) + " bytes",
+                 std::to_string(expected) + " bytes for this size and encoding");
+  return {};
+}
+
+Status validate(const ThrustRateCommand& command) {
+  if (auto s = validate_name("vehicle", command.vehicle); !s) return s;
+  if (auto s = check_positive("session", command.session, "the number of an accepted session"); !s) return s;
+  if (auto s = check_positive("sequence", command.sequence, "a number from 1, rising"); !s) return s;
+  if (auto s = check_positive("answers_sequence", command.answers_sequence, "the sequence of a state"); !s) return s;
+  if (auto s = check_stamp("answers_stamp", command.answers_stamp); !s) return s;
+  if (auto s = check_stamp("plan_start", command.plan_start); !s) return s;
+  if (auto s = check_range("plan_step", seconds(command.plan_step), 0.001, 0.2, "0.001 to 0.2 s"); !s) return s;
+  if (auto s = check_range("validity", seconds(command.validity), 0.0, 10.0, "0 to 10 s"); !s) return s;
+  if (command.steps < 1 || command.steps > kMaxPlanSteps)
+    return wrong("steps", text_of(command.steps), "1 to " + std::to_string(kMaxPlanSteps));
+  for (int i = 0; i < command.steps; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    Status s =
+        check_each("thrust_rate_n_s", command.thrust_rate_n_s[k], kMaxThrustRate_n_s, "finite and at most 1e6 N/s");
+    if (s.ok()) s = check_each("rotor_thrust_n", command.rotor_thrust_n[k], kMaxThrust_n, "finite and at most 1e4 N");
+    if (s.ok())
+      s = check_range("collective_thrust_n", command.collective_thrust_n[k], -4 * kMaxThrust_n, 4 * kMaxThrust_n,
+                      "finite and at most 4e4 N");
+    if (s.ok())
+      s = check_norm("body_rates_rad_s", command.body_rates_rad_s[k], kMaxRate_rad_s, "finite and less than 200 rad/s");
+    if (!s.ok()) return Error{"step " + std::to_string(i) + ": " + s.error()};
+  }
+  if (auto s = check_health(command.health); !s) return s;
+  bool terminated = false;
+  for (const char c : command.isa) terminated = terminated || c == '\0';
+  if (!terminated) return wrong("isa", "16 characters without an end", "a zero-terminated text");
+  if (!printable(command.isa.data())) return wrong("isa", "text with control characters", "printable text");
+  return {};
+}
+
+Status validate(const Telemetry& telemetry) {
+  if (auto s = validate_name("vehicle", telemetry.vehicle); !s) return s;
+  if (auto s = check_stamp("server_stamp", telemetry.server_stamp); !s) return s;
+  if (auto s = check_health(telemetry.health); !s) return s;
+  if (auto s = check_range("encode_time_s", telemetry.encode_time_s, 0, kMaxDuration_s, "0 to 60 s"); !s) return s;
+  if (auto s = check_text("last_reason", telemetry.last_reason, kMaxReasonLength); !s) return s;
+  return check_text("isa", telemetry.isa, 15);
+}
+
+}  // namespace gatefield::protocol
