@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "common/base/result.h"
+#include "common/geometry/gate.h"
 #include "common/vehicle/quadrotor.h"
 #include "server/planner/field.h"
 #include "server/planner/profile.h"
@@ -41,8 +42,10 @@ struct Plan {
 /// Thread-safe: no, one instance per session.   Real-time safe: plan() yes (no allocation, lock or system call).
 class Planner {
  public:
-  static Result<std::unique_ptr<Planner>> create(const Profile& profile, const QuadrotorModel& model, double gate_inner_half_m,
-                                                 std::uint64_t seed);
+  /// @param gate  nominal shape of the course's gates
+  /// @param cone_angle_rad  of the hourglass that the field was trained with (model manifest)
+  static Result<std::unique_ptr<Planner>> create(const Profile& profile, const QuadrotorModel& model, const GateShape& gate,
+                                                 double cone_angle_rad, std::uint64_t seed);
   virtual ~Planner() = default;
   virtual void plan(const PlanInput& input, Plan* plan) noexcept = 0;
   /// Forgets the warm start.

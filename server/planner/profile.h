@@ -13,7 +13,7 @@ enum class ProgressMetric {
 };
 
 /// Everything that shapes the planner. One file under deploy/config/profiles is one of these; the schema with the same names is
-/// common/config/profile.proto. Weights are per rollout step unless said otherwise, costs are dimensionless.
+/// server/planner/profile.proto. Weights are per rollout step unless said otherwise, costs are dimensionless.
 struct Profile {
   std::string name = "race";
 

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "server/planner/costs/cost_term.h"
+
+namespace gatefield::planner {
+
+/// Keeps off the floor and below the ceiling: weight sum_k (metres outside [min, max]).
+class AltitudeCost final : public CostTerm {
+ public:
+  explicit AltitudeCost(const Profile& profile) noexcept;
+  std::string_view name() const noexcept override { return "altitude"; }
+  void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept override;
+
+ private:
+  float weight_;
+  float min_m_;
+  float max_m_;
+};
+
+}  // namespace gatefield::planner

@@ -1,0 +1,84 @@
+#include "server/planner/course_progress.h"
+
+#include <cmath>
+
+namespace gatefield::planner {
+namespace {
+
+/// How far from the believed centre a crossing may be and still count, beyond the opening's half-width.
+constexpr double kSeenTolerance_m = 0.25;
+/// Without sight of the gate the nominal plane is all there is; the gate may be far from it.
+constexpr double kUnseenTolerance_m = 1.5;
+
+}  // namespace
+
+CourseProgress::CourseProgress(const protocol::Course& course) : course_(course) {}
+
+void CourseProgress::resume(std::uint32_t waypoint, std::uint32_t lap) noexcept {
+  if (waypoint >= course_.waypoints.size() || lap >= static_cast<std::uint32_t>(course_.laps)) return;
+  target_ = waypoint;
+  lap_ = lap;
+  done_ = false;
+  has_previous_ = false;
+}
+
+bool CourseProgress::update(const Eigen::Vector3d& p_WB, const GateBelief& target) noexcept {
+  const bool had_previous = has_previous_;
+  const Eigen::Vector3d from = previous_p_WB_;
+  previous_p_WB_ = p_WB;
+  has_previous_ = true;
+  if (done_ || !had_previous) return false;
+
+  const double before_m = (from - target.center_W).dot(target.axis_W);
+  const double after_m = (p_WB - target.center_W).dot(target.axis_W);
+  if (!(before_m < 0.0 && after_m >= 0.0)) return false;
+  const Eigen::Vector3d crossing = from + (p_WB - from) * (before_m / (before_m - after_m));
+  const Eigen::Vector3d off = crossing - target.center_W;
+  const double lateral_m = (off - off.dot(target.axis_W) * target.axis_W).norm();
+  const double tolerance_m = target.seen ? kSeenTolerance_m : kUnseenTolerance_m;
+  if (lateral_m > course_.gate.inner_half_m + tolerance_m) return false;
+
+  if (target_ + 1 < course_.waypoints.size()) {
+    ++target_;
+  } else if (lap_ + 1 < static_cast<std::uint32_t>(course_.laps)) {
+    target_ = 0;
+    ++lap_;
+  } else {
+    done_ = true;
+  }
+  return true;
+}
+
+bool CourseProgress::has_next() const noexcept {
+  if (done_) return false;
+  return target_ + 1 < course_.waypoints.size() || lap_ + 1 < static_cast<std::uint32_t>(course_.laps);
+}
+
+std::uint32_t CourseProgress::next() const noexcept {
+  if (!has_next()) return target_;
+  return (target_ + 1) % static_cast<std::uint32_t>(course_.waypoints.size());
+}
+
+GateBelief CourseProgress::nominal(std::uint32_t waypoint) const noexcept {
+  GateBelief belief;
+  const std::size_t count = course_.waypoints.size();
+  const protocol::Waypoint& here = course_.waypoints[waypoint];
+  belief.center_W = here.p_W;
+  Eigen::Vector3d direction = here.direction_W;
+  if (direction.norm() < 0.5) {
+    // In and out along the polygon of the waypoints; an open course has only one neighbour at its ends.
+    const bool wraps = course_.closed;
+    const std::size_t before = waypoint > 0 ? waypoint - 1 : (wraps ? count - 1 : 0);
+    const std::size_t after = waypoint + 1 < count ? waypoint + 1 : (wraps ? 0 : count - 1);
+    const Eigen::Vector3d in = here.p_W - course_.waypoints[before].p_W;
+    const Eigen::Vector3d out = course_.waypoints[after].p_W - here.p_W;
+    direction = (in.norm() > 1e-6 ? in.normalized() : Eigen::Vector3d(Eigen::Vector3d::Zero())) +
+                (out.norm() > 1e-6 ? out.normalized() : Eigen::Vector3d(Eigen::Vector3d::Zero()));
+    direction.z() = 0.0;
+  }
+  belief.axis_W = direction.norm() > 1e-6 ? Eigen::Vector3d(direction.normalized()) : Eigen::Vector3d(Eigen::Vector3d::UnitX());
+  belief.seen = false;
+  return belief;
+}
+
+}  // namespace gatefield::planner
