@@ -1,0 +1,157 @@
+#include "common/config/scenario.h"
+
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "common/base/random.h"
+#include "common/config/locate.h"
+#include "common/config/scenario.pb.h"
+#include "common/config/text_file.h"
+
+namespace gatefield::config {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+Status check(const char* field, double value, double low, double high, const char* unit) {
+  if (value >= low && value <= high) return {};
+  std::ostringstream out;
+  out << field << " is " << value << ", expected " << low << " to " << high << unit;
+  return Error{out.str()};
+}
+
+Status first_failure(std::initializer_list<Status> checks) {
+  for (const Status& status : checks)
+    if (!status) return status;
+  return {};
+}
+
+scene::SensorNoise to_sensor_noise(const SensorNoiseSpec& spec) {
+  scene::SensorNoise noise;
+  if (spec.has_baseline_m()) noise.baseline_m = spec.baseline_m();
+  if (spec.has_disparity_noise_px()) noise.disparity_noise_px = spec.disparity_noise_px();
+  if (spec.has_disparity_step_px()) noise.disparity_step_px = spec.disparity_step_px();
+  if (spec.has_bleed_probability()) noise.bleed_probability = spec.bleed_probability();
+  if (spec.has_shadow_probability()) noise.shadow_probability = spec.shadow_probability();
+  if (spec.has_hole_rate_per_image()) noise.hole_rate_per_image = spec.hole_rate_per_image();
+  if (spec.has_hole_radius_px()) noise.hole_radius_px = spec.hole_radius_px();
+  if (spec.has_speckle_probability()) noise.speckle_probability = spec.speckle_probability();
+  if (spec.has_incidence_loss()) noise.incidence_loss = spec.incidence_loss();
+  if (spec.has_reflectance_loss()) noise.reflectance_loss = spec.reflectance_loss();
+  if (spec.has_scale()) noise.scale = spec.scale();
+  return noise;
+}
+
+Status convert(const ScenarioFile& spec, Scenario* scenario) {
+  scenario->title = spec.title();
+  const PerturbationSpec& perturbation = spec.perturbation();
+  scenario->perturbation = {perturbation.position_m(),
+                            perturbation.has_height_m() ? perturbation.height_m() : 0.5 * perturbation.position_m(),
+                            perturbation.yaw_deg() * kDegree, perturbation.tilt_deg() * kDegree};
+  if (auto status = validate(scenario->perturbation); !status) return status;
+  scenario->sensor_noise = to_sensor_noise(spec.sensor_noise());
+  if (auto status = validate(scenario->sensor_noise); !status) return status;
+  const StateNoiseSpec& state = spec.state_noise();
+  scenario->state_noise = {state.position_m(), state.velocity_m_s(), state.attitude_deg() * kDegree,
+                           state.rate_rad_s()};
+  if (auto status = validate(scenario->state_noise); !status) return status;
+  const MismatchSpec& mismatch = spec.mismatch();
+  scenario->mismatch = {mismatch.mass_factor(),
+                        mismatch.drag_factor(),
+                        mismatch.rotor_lag_factor(),
+                        {mismatch.wind_m_s().x(), mismatch.wind_m_s().y(), mismatch.wind_m_s().z()}};
+  if (auto status = validate(scenario->mismatch); !status) return status;
+  if (spec.has_camera_rate_hz()) {
+    scenario->vehicle.camera.rate_hz = spec.camera_rate_hz();
+    if (auto status = validate(scenario->vehicle.camera); !status) return status;
+  }
+  scenario->seed = spec.seed();
+  if (auto status = check("time_limit_s", spec.time_limit_s(), 1, 86400, " s"); !status) return status;
+  scenario->time_limit = from_seconds(spec.time_limit_s());
+  return {};
+}
+
+}  // namespace
+
+Status validate(const Perturbation& p) {
+  return first_failure({check("perturbation.position_m", p.position_m, 0, 5, " m"),
+                        check("perturbation.height_m", p.height_m, 0, 5, " m"),
+                        check("perturbation.yaw_deg", p.yaw_rad / kDegree, 0, 180, " degrees"),
+                        check("perturbation.tilt_deg", p.tilt_rad / kDegree, 0, 60, " degrees")});
+}
+
+Status validate(const StateNoise& noise) {
+  return first_failure({check("state_noise.position_m", noise.position_m, 0, 1, " m"),
+                        check("state_noise.velocity_m_s", noise.velocity_m_s, 0, 5, " m/s"),
+                        check("state_noise.attitude_deg", noise.attitude_rad / kDegree, 0, 45, " degrees"),
+                        check("state_noise.rate_rad_s", noise.rate_rad_s, 0, 5, " rad/s")});
+}
+
+Status validate(const Mismatch& mismatch) {
+  return first_failure({check("mismatch.mass_factor", mismatch.mass_factor, 0.2, 5, ""),
+                        check("mismatch.drag_factor", mismatch.drag_factor, 0.2, 5, ""),
+                        check("mismatch.rotor_lag_factor", mismatch.rotor_lag_factor, 0.2, 5, ""),
+                        check("mismatch.wind_m_s (its length)", mismatch.wind_W_m_s.norm(), 0, 30, " m/s")});
+}
+
+Result<Scenario> make_scenario(const std::filesystem::path& course_file, const std::filesystem::path& vehicle_file) {
+  Scenario scenario;
+  scenario.course_file = course_file;
+  scenario.vehicle_file = vehicle_file;
+  auto track = load_track(course_file);
+  if (!track) return Error{track.error()};
+  auto vehicle = load_vehicle(vehicle_file);
+  if (!vehicle) return Error{vehicle.error()};
+  scenario.track = *track;
+  scenario.vehicle = *vehicle;
+  return scenario;
+}
+
+Result<Scenario> load_scenario(const std::filesystem::path& file) {
+  ScenarioFile spec;
+  if (auto status = load_text(file, &spec); !status) return Error{status.error()};
+  const auto course_file = find_config("courses", spec.course(), file.parent_path());
+  if (!course_file) return in_file(file, "course: " + course_file.error());
+  const auto vehicle_file = find_config("vehicles", spec.vehicle(), file.parent_path());
+  if (!vehicle_file) return in_file(file, "vehicle: " + vehicle_file.error());
+  auto scenario = make_scenario(*course_file, *vehicle_file);
+  if (!scenario) return Error{scenario.error()};
+  if (auto status = convert(spec, &scenario.value()); !status) return in_file(file, status.error());
+  return scenario;
+}
+
+scene::World perturbed_world(const Track& track, const Perturbation& perturbation, std::uint64_t seed) {
+  scene::World world = nominal_world(track);
+  Random random(seed, static_cast<std::uint64_t>(Stream::kPerturbation));
+  const auto magnitude = [&random] { return (random.chance(0.5) ? 1.0 : -1.0) * random.uniform(0.5, 1.0); };
+  for (scene::Gate& gate : world.gates) {
+    const double heading = random.uniform(0.0, 2.0 * std::numbers::pi);
+    const double rise = random.uniform(-1.0, 1.0);
+    const double yaw = perturbation.yaw_rad * magnitude();
+    const double tilt_axis = random.uniform(0.0, 2.0 * std::numbers::pi);
+    const double tilt = perturbation.tilt_rad * magnitude();
+
+    Eigen::Vector3d p_WG = gate.X_WG.translation();
+    p_WG += perturbation.position_m * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0.0);
+    p_WG.z() += perturbation.height_m * rise;
+    if (track.has_floor) p_WG.z() = std::max(p_WG.z(), track.floor_z_m + gate.shape.outer_half_m);
+    const Eigen::AngleAxisd turn(yaw, Eigen::Vector3d::UnitZ());
+    const Eigen::AngleAxisd lean(tilt, Eigen::Vector3d(std::cos(tilt_axis), std::sin(tilt_axis), 0.0));
+    const Eigen::Matrix3d R_WG = (lean * turn).toRotationMatrix() * gate.X_WG.linear();
+    gate.X_WG.linear() = R_WG;
+    gate.X_WG.translation() = p_WG;
+  }
+  return world;
+}
+
+QuadrotorModel true_quadrotor(const QuadrotorModel& believed, const Mismatch& mismatch) {
+  QuadrotorModel model = believed;
+  model.mass_kg *= mismatch.mass_factor;
+  model.inertia_kg_m2 *= mismatch.mass_factor;
+  model.drag_kg_s *= mismatch.drag_factor;
+  model.rotor_time_constant_s *= mismatch.rotor_lag_factor;
+  return model;
+}
+
+}  // namespace gatefield::config

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "common/base/clock.h"
+#include "common/base/result.h"
+#include "common/config/course.h"
+#include "common/config/vehicle.h"
+#include "common/scene/sensor_noise.h"
+
+namespace gatefield::config {
+
+/// How far true gates stand from the nominal ones. Magnitudes; see perturbed_world() for how they are drawn.
+struct Perturbation {
+  double position_m = 0.0;
+  double height_m = 0.0;
+  double yaw_rad = 0.0;
+  double tilt_rad = 0.0;
+};
+
+/// One sigma per axis of the error of the state that the vehicle sends.
+struct StateNoise {
+  double position_m = 0.0;
+  double velocity_m_s = 0.0;
+  double attitude_rad = 0.0;
+  double rate_rad_s = 0.0;
+};
+
+/// The true vehicle against the one the planner believes in.
+struct Mismatch {
+  double mass_factor = 1.0;
+  double drag_factor = 1.0;
+  double rotor_lag_factor = 1.0;
+  Eigen::Vector3d wind_W_m_s = Eigen::Vector3d::Zero();
+};
+
+struct Scenario {
+  std::string title;
+  std::filesystem::path course_file;
+  std::filesystem::path vehicle_file;
+  Track track;
+  Vehicle vehicle;  ///< what the planner is told
+  Perturbation perturbation;
+  scene::SensorNoise sensor_noise;
+  StateNoise state_noise;
+  Mismatch mismatch;
+  std::uint64_t seed = 1;
+  std::chrono::nanoseconds time_limit = std::chrono::seconds(120);
+};
+
+/// Reads a scenario file (schema: scenario.proto) with the course and vehicle it names, and checks all three.
+/// The sentence names file, field, value and what was expected.
+/// Thread-safe: yes.   Real-time safe: no.
+Result<Scenario> load_scenario(const std::filesystem::path& file);
+
+/// A scenario without a file: no perturbation, standard sensor noise, no mismatch.
+Result<Scenario> make_scenario(const std::filesystem::path& course_file, const std::filesystem::path& vehicle_file);
+
+/// Ranges: position 0 to 5 m, height 0 to 5 m, yaw 0 to 180 deg, tilt 0 to 60 deg.
+Status validate(const Perturbation& perturbation);
+/// Ranges: position 0 to 1 m, velocity 0 to 5 m/s, attitude 0 to 45 deg, rate 0 to 5 rad/s.
+Status validate(const StateNoise& noise);
+/// Factors 0.2 to 5, wind up to 30 m/s.
+Status validate(const Mismatch& mismatch);
+
+/// Streams of gatefield::Random that a race draws from; each use has its own, so that none depends on another.
+enum class Stream : std::uint64_t { kPerturbation = 1, kSensorNoise = 2, kStateNoise = 3 };
+
+/// The true world. Per gate, from Random(seed, kPerturbation), each draw made whether or not its magnitude is zero, so
+/// that one magnitude does not change what another one gives:
+///   - displaced by exactly position_m in a horizontal direction uniform over the circle,
+///   - moved up or down, uniform in [-height_m, height_m] (kept above the floor),
+///   - turned about the vertical by yaw_rad times a uniform factor in [0.5, 1], to a random side,
+///   - leant about a random horizontal axis by tilt_rad times a uniform factor in [0.5, 1].
+/// The paper speaks of "position perturbation of about 0.3 m" and of "yaw noise" without saying how they were drawn; a
+/// fixed displacement makes the figure mean what it says: every gate is that far off.
+scene::World perturbed_world(const Track& track, const Perturbation& perturbation, std::uint64_t seed);
+
+/// The vehicle as it truly is: mass (and inertia with it), drag and rotor lag scaled.
+QuadrotorModel true_quadrotor(const QuadrotorModel& believed, const Mismatch& mismatch);
+
+}  // namespace gatefield::config

@@ -1,0 +1,112 @@
+#include "common/config/text_file.h"
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+#include <google/protobuf/text_format.h>
+
+#include <fstream>
+#include <optional>
+#include <regex>
+#include <system_error>
+#include <vector>
+
+namespace gatefield::config {
+namespace {
+
+constexpr std::uintmax_t kMaxBytes = 16u << 20;
+
+std::string field_names(const google::protobuf::Descriptor& type) {
+  std::string names;
+  for (int i = 0; i < type.field_count(); ++i) names += (i == 0 ? "" : ", ") + type.field(i)->name();
+  return names;
+}
+
+/// Protobuf says what it stumbled over; people also want to hear what would have been right.
+std::string explain(const std::string& message, const google::protobuf::DescriptorPool& pool) {
+  static const std::regex unknown_field("Message type \"([^\"]+)\" has no field named \"([^\"]+)\".*");
+  static const std::regex unknown_value("Unknown enumeration value of \"([^\"]+)\" for field \"([^\"]+)\".*");
+  static const std::regex expected("Expected (.+), got: (.*)");
+  std::smatch match;
+  if (std::regex_match(message, match, unknown_field)) {
+    const auto* type = pool.FindMessageTypeByName(match[1]);
+    if (type != nullptr) return "unknown field '" + match[2].str() + "', expected one of: " + field_names(*type);
+  }
+  // built with +=, since g++ 12 warns wrongly of overlap (-Wrestrict) at "literal" + temporary
+  std::string sentence = "'";
+  if (std::regex_match(message, match, unknown_value)) {
+    sentence +=
+        match[1].str() + "' is no value of field '" + match[2].str() + "', expected one of the names in its schema";
+    return sentence;
+  }
+  if (std::regex_match(message, match, expected)) {
+    sentence = "found " + match[2].str() + ", expected " + match[1].str();
+    return sentence;
+  }
+  return message + (message.ends_with('.') ? "" : ".") + " Expected protobuf text format: name: value or name { ... }";
+}
+
+class Collector final : public google::protobuf::io::ErrorCollector {
+ public:
+  Collector(const std::string& name, const google::protobuf::DescriptorPool& pool) : name_(name), pool_(pool) {}
+
+  void AddError(int line, google::protobuf::io::ColumnNumber column, const std::string& message) override {
+    if (first_) return;  // what follows the first error is mostly its echo
+    first_ = line < 0 ? name_ + ": " + explain(message, pool_)
+                      : name_ + ":" + std::to_string(line + 1) + ":" + std::to_string(column + 1) + ": " +
+                            explain(message, pool_);
+  }
+  void AddWarning(int, google::protobuf::io::ColumnNumber, const std::string&) override {}
+
+  const std::optional<std::string>& first() const { return first_; }
+
+ private:
+  const std::string& name_;
+  const google::protobuf::DescriptorPool& pool_;
+  std::optional<std::string> first_;
+};
+
+}  // namespace
+
+Status parse_text(const std::string& text, const std::string& name, google::protobuf::Message* message) {
+  message->Clear();
+  Collector collector(name, *message->GetDescriptor()->file()->pool());
+  google::protobuf::TextFormat::Parser parser;
+  parser.RecordErrorsTo(&collector);
+  parser.AllowPartialMessage(true);  // missing fields get a sentence of ours below
+  parser.SetRecursionLimit(32);
+  google::protobuf::io::ArrayInputStream stream(text.data(), static_cast<int>(text.size()));
+  if (!parser.Parse(&stream, message))
+    return Error{collector.first().value_or(name + ": is no protobuf text, expected name: value or name { ... }")};
+
+  std::vector<std::string> missing;
+  message->FindInitializationErrors(&missing);
+  if (!missing.empty())
+    return Error{name + ": required field '" + missing.front() + "' is missing, expected a value" +
+                 (missing.size() > 1 ? " (and " + std::to_string(missing.size() - 1) + " more are missing)" : "")};
+  return {};
+}
+
+Status load_text(const std::filesystem::path& file, google::protobuf::Message* message) {
+  const std::string name = file.string();
+  std::error_code failure;
+  const auto status = std::filesystem::status(file, failure);
+  if (!std::filesystem::exists(status)) return Error{name + ": does not exist, expected a text file"};
+  if (std::filesystem::is_directory(status)) return Error{name + ": is a folder, expected a text file"};
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return Error{name + ": can't be opened, expected a file that this user may read"};
+  std::string text;
+  std::vector<char> block(1u << 16);
+  while (in.read(block.data(), static_cast<std::streamsize>(block.size())), in.gcount() > 0) {
+    text.append(block.data(), static_cast<std::size_t>(in.gcount()));
+    if (text.size() > kMaxBytes) return Error{name + ": is larger than 16 MiB, expected a configuration file"};
+  }
+  if (in.bad()) return Error{name + ": reading failed, expected a readable text file"};
+  return parse_text(text, name, message);
+}
+
+Error in_file(const std::filesystem::path& file, const std::string& sentence) {
+  return {file.string() + ": " + sentence};
+}
+
+}  // namespace gatefield::config

@@ -1,0 +1,91 @@
+#include "common/config/vehicle.h"
+
+#include <numbers>
+
+#include "common/config/text_file.h"
+#include "common/config/vehicle.pb.h"
+
+namespace gatefield::config {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+Result<CameraModel> to_camera(const CameraSpec& spec) {
+  const bool has_fov = spec.has_horizontal_fov_deg() && spec.has_vertical_fov_deg();
+  const bool has_focal = spec.has_fx_px() && spec.has_fy_px() && spec.has_cx_px() && spec.has_cy_px();
+  const bool any_fov = spec.has_horizontal_fov_deg() || spec.has_vertical_fov_deg();
+  const bool any_focal = spec.has_fx_px() || spec.has_fy_px() || spec.has_cx_px() || spec.has_cy_px();
+  if (has_fov == has_focal || (any_fov && any_focal))
+    return Error{"camera has " +
+                 std::string(any_fov && any_focal ? "both fields of view and focal lengths" : "an incomplete lens") +
+                 ", expected either horizontal_fov_deg and vertical_fov_deg, or fx_px, fy_px, cx_px and cy_px"};
+  CameraModel camera;
+  if (has_fov) {
+    for (const auto& [name, value] : {std::pair("horizontal_fov_deg", spec.horizontal_fov_deg()),
+                                      std::pair("vertical_fov_deg", spec.vertical_fov_deg())})
+      if (!(value >= 5 && value <= 160))
+        return Error{"camera." + std::string(name) + " is " + std::to_string(value) + ", expected 5 to 160 degrees"};
+    camera = camera_from_fov(spec.width_px(), spec.height_px(), spec.horizontal_fov_deg() * kDegree,
+                             spec.vertical_fov_deg() * kDegree);
+  } else {
+    camera.width_px = spec.width_px();
+    camera.height_px = spec.height_px();
+    camera.fx_px = spec.fx_px();
+    camera.fy_px = spec.fy_px();
+    camera.cx_px = spec.cx_px();
+    camera.cy_px = spec.cy_px();
+  }
+  camera.min_depth_m = spec.min_depth_m();
+  camera.max_depth_m = spec.max_depth_m();
+  camera.rate_hz = spec.rate_hz();
+
+  const MountSpec& mount = spec.mount();
+  const Eigen::Isometry3d X_BC_level = forward_camera_mount(mount.pitch_up_deg() * kDegree);
+  camera.X_BC.linear() =
+      Eigen::AngleAxisd(mount.yaw_left_deg() * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix() *
+      X_BC_level.linear() * Eigen::AngleAxisd(mount.roll_deg() * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  camera.X_BC.translation() = Eigen::Vector3d(mount.x_m(), mount.y_m(), mount.z_m());
+  if (auto status = validate(camera); !status) return Error{status.error()};
+  return camera;
+}
+
+Result<QuadrotorModel> to_quadrotor(const QuadrotorSpec& spec) {
+  if (spec.rotor_size() != kRotors)
+    return Error{"quadrotor.rotor is given " + std::to_string(spec.rotor_size()) + " times, expected exactly " +
+                 std::to_string(kRotors)};
+  QuadrotorModel model;
+  model.mass_kg = spec.mass_kg();
+  model.inertia_kg_m2 = {spec.inertia_kg_m2().xx(), spec.inertia_kg_m2().yy(), spec.inertia_kg_m2().zz()};
+  for (std::size_t i = 0; i < kRotors; ++i) {
+    const RotorSpec& rotor = spec.rotor(static_cast<int>(i));
+    model.rotor_position_B_m[i] = {rotor.x_m(), rotor.y_m()};
+    model.rotor_spin[i] = rotor.torque_sign();
+  }
+  model.torque_per_thrust_m = spec.torque_per_thrust_m();
+  model.thrust_min_n = spec.thrust_min_n();
+  model.thrust_max_n = spec.thrust_max_n();
+  model.thrust_rate_max_n_s = spec.thrust_rate_max_n_s();
+  model.rotor_time_constant_s = spec.rotor_time_constant_s();
+  model.drag_kg_s = {spec.drag_kg_s().x(), spec.drag_kg_s().y(), spec.drag_kg_s().z()};
+  model.collision_radius_m = spec.collision_radius_m();
+  if (auto status = validate(model); !status) return Error{status.error()};
+  return model;
+}
+
+}  // namespace
+
+Result<Vehicle> load_vehicle(const std::filesystem::path& file) {
+  VehicleFile spec;
+  if (auto status = load_text(file, &spec); !status) return Error{status.error()};
+  Vehicle vehicle;
+  vehicle.title = spec.title();
+  auto quadrotor = to_quadrotor(spec.quadrotor());
+  if (!quadrotor) return in_file(file, quadrotor.error());
+  auto camera = to_camera(spec.camera());
+  if (!camera) return in_file(file, camera.error());
+  vehicle.quadrotor = *quadrotor;
+  vehicle.camera = *camera;
+  return vehicle;
+}
+
+}  // namespace gatefield::config

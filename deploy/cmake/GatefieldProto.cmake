@@ -1,0 +1,31 @@
+# gatefield_proto_library(<name> PROTOS <files relative to the current folder> [PUBLIC <other proto libraries>])
+# Generates C++ from protobuf schemas into the build tree. Schemas import each other, and code includes them, by paths from the
+# repository's root: "common/config/vehicle.proto" becomes "common/config/vehicle.pb.h". Generated code is no code of ours, so it
+# is spared our warnings.
+find_package(Protobuf 3.21 REQUIRED)
+
+function(gatefield_proto_library name)
+  cmake_parse_arguments(ARG "" "" "PROTOS;PUBLIC" ${ARGN})
+  set(out ${PROJECT_BINARY_DIR}/generated)
+  file(MAKE_DIRECTORY ${out})
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  set(sources)
+  foreach(proto IN LISTS ARG_PROTOS)
+    get_filename_component(stem ${proto} NAME_WE)
+    set(made ${out}/${folder}/${stem}.pb.cc ${out}/${folder}/${stem}.pb.h)
+    add_custom_command(
+      OUTPUT ${made}
+      COMMAND protobuf::protoc --cpp_out=${out} --proto_path=${PROJECT_SOURCE_DIR} ${folder}/${proto}
+      WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+      DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${proto}
+      COMMENT "protoc ${folder}/${proto}"
+      VERBATIM)
+    list(APPEND sources ${made})
+  endforeach()
+  add_library(${name} STATIC ${sources})
+  target_include_directories(${name} SYSTEM PUBLIC $<BUILD_INTERFACE:${out}>)
+  target_link_libraries(${name} PUBLIC protobuf::libprotobuf ${ARG_PUBLIC})
+  if(GATEFIELD_SANITIZE)
+    target_compile_options(${name} PRIVATE -fsanitize=${GATEFIELD_SANITIZE} -fno-omit-frame-pointer)
+  endif()
+endfunction()
