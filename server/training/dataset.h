@@ -73,7 +73,7 @@ const CameraModel& dataset_camera();
 
 /// Makes sample `index` of the set named by `seed`, from (seed, index) alone: poses all over the approach volume of a
 /// target gate (0.4 to 10 m, up to 80 deg off its axis from either side, attitudes as in racing), one to four gates,
-/// clutter; about a fifth of the samples show no valid gate. docs: see dataset.cpp for each distribution. Thread-safe:
+/// clutter; about a fifth of the samples show no valid gate. Thread-safe:
 /// yes.   Real-time safe: no.
 Sample generate(std::uint64_t seed, std::uint64_t index);
 
