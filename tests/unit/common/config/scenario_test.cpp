@@ -1,0 +1,144 @@
+#include "common/config/scenario.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <numbers>
+
+#include "common/config/locate.h"
+#include "tests/unit/common/config/temporary_file.h"
+
+namespace gatefield::config {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+Track circle() { return load_track(find_config("courses", "circle").value()).value(); }
+
+Result<Scenario> scenario_from(const std::string& more) {
+  const TemporaryFile file("course: \"circle\"\nvehicle: \"racer\"\n" + more, "mine.txt");
+  return load_scenario(file.path());
+}
+
+TEST(Scenario, EveryShippedOneLoads) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(*config_folder() / "scenarios")) {
+    const auto scenario = load_scenario(entry.path());
+    EXPECT_TRUE(scenario.ok()) << scenario.error();
+    ++count;
+  }
+  EXPECT_GE(count, 6);
+}
+
+TEST(Scenario, ValuesArrive) {
+  const auto scenario = scenario_from(
+      "perturbation { position_m: 0.3 yaw_deg: 30 tilt_deg: 5 }\n"
+      "sensor_noise { scale: 2 hole_radius_px: 5 }\n"
+      "state_noise { position_m: 0.01 attitude_deg: 1 }\n"
+      "mismatch { mass_factor: 1.1 wind_m_s { x: 4 } }\n"
+      "camera_rate_hz: 30 seed: 7 time_limit_s: 20\n");
+  ASSERT_TRUE(scenario.ok()) << scenario.error();
+  EXPECT_EQ(scenario->perturbation.position_m, 0.3);
+  EXPECT_EQ(scenario->perturbation.height_m, 0.15);
+  EXPECT_NEAR(scenario->perturbation.yaw_rad, 30 * kDegree, 1e-12);
+  EXPECT_EQ(scenario->sensor_noise.scale, 2);
+  EXPECT_EQ(scenario->sensor_noise.hole_radius_px, 5);
+  EXPECT_EQ(scenario->sensor_noise.baseline_m, scene::SensorNoise{}.baseline_m);
+  EXPECT_NEAR(scenario->state_noise.attitude_rad, kDegree, 1e-12);
+  EXPECT_EQ(scenario->mismatch.wind_W_m_s.x(), 4);
+  EXPECT_EQ(scenario->vehicle.camera.rate_hz, 30);
+  EXPECT_EQ(scenario->seed, 7u);
+  EXPECT_EQ(scenario->time_limit, std::chrono::seconds(20));
+}
+
+TEST(Scenario, ErrorsNameFileFieldValueAndRange) {
+  EXPECT_THAT(scenario_from("perturbation { position_m: -1 }").error(),
+              HasSubstr("mine.txt: perturbation.position_m is -1, expected 0 to 5 m"));
+  EXPECT_THAT(scenario_from("mismatch { mass_factor: 0 }").error(),
+              HasSubstr("mismatch.mass_factor is 0, expected 0.2 to 5"));
+  EXPECT_THAT(scenario_from("camera_rate_hz: 1000").error(), HasSubstr("camera.rate_hz is 1000"));
+  EXPECT_THAT(scenario_from("perturbation { position: 1 }").error(), HasSubstr("mine.txt:3:"));
+  const TemporaryFile file("course: \"nowhere\"\nvehicle: \"racer\"\n", "mine.txt");
+  EXPECT_THAT(load_scenario(file.path()).error(), HasSubstr("'nowhere' is neither a file nor one of the courses"));
+}
+
+TEST(Perturbation, NoneLeavesTheNominalWorld) {
+  const Track track = circle();
+  const auto world = perturbed_world(track, {}, 3);
+  const auto nominal = nominal_world(track);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(world.gates[i].X_WG.isApprox(nominal.gates[i].X_WG, 1e-12));
+}
+
+TEST(Perturbation, SameSeedSameWorldOtherSeedOtherWorld) {
+  const Track track = circle();
+  const Perturbation perturbation{0.3, 0.15, 0.5, 0.1};
+  const auto a = perturbed_world(track, perturbation, 11);
+  const auto b = perturbed_world(track, perturbation, 11);
+  const auto c = perturbed_world(track, perturbation, 12);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(a.gates[i].X_WG.matrix(), b.gates[i].X_WG.matrix());
+    EXPECT_GT((a.gates[i].X_WG.translation() - c.gates[i].X_WG.translation()).norm(), 1e-3);
+  }
+}
+
+TEST(Perturbation, MagnitudesAreWhatTheFileSays) {
+  const Track track = circle();
+  const auto nominal = nominal_world(track);
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double smallest_yaw = 10, largest_yaw = 0, largest_rise = 0;
+  int left = 0, count = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const auto world = perturbed_world(track, {0.3, 0.15, 60 * kDegree, 0}, seed);
+    for (std::size_t i = 0; i < 4; ++i, ++count) {
+      const Eigen::Vector3d moved = world.gates[i].X_WG.translation() - nominal.gates[i].X_WG.translation();
+      EXPECT_NEAR(moved.head<2>().norm(), 0.3, 1e-9);
+      EXPECT_LE(std::abs(moved.z()), 0.15);
+      largest_rise = std::max(largest_rise, std::abs(moved.z()));
+      mean += moved.head<2>();
+      const Eigen::Matrix3d turn = world.gates[i].X_WG.linear() * nominal.gates[i].X_WG.linear().transpose();
+      const double yaw = std::atan2(turn(1, 0), turn(0, 0));
+      EXPECT_TRUE(turn.col(2).isApprox(Eigen::Vector3d::UnitZ(), 1e-9));
+      smallest_yaw = std::min(smallest_yaw, std::abs(yaw));
+      largest_yaw = std::max(largest_yaw, std::abs(yaw));
+      left += yaw > 0;
+    }
+  }
+  EXPECT_LT((mean / count).norm(), 0.03) << "directions lean to one side";
+  EXPECT_GT(largest_rise, 0.14);
+  EXPECT_GE(smallest_yaw, 30 * kDegree - 1e-9);
+  EXPECT_LT(smallest_yaw, 31 * kDegree);
+  EXPECT_LE(largest_yaw, 60 * kDegree + 1e-9);
+  EXPECT_GT(largest_yaw, 59 * kDegree);
+  EXPECT_NEAR(left, count / 2, 80);
+}
+
+TEST(Perturbation, TiltLeansGatesByHalfToAllOfItsMagnitude) {
+  const Track track = circle();
+  for (std::uint64_t seed = 1; seed <= 20; ++seed)
+    for (const auto& gate : perturbed_world(track, {0, 0, 0, 10 * kDegree}, seed).gates) {
+      const double lean = std::acos(gate.X_WG.linear()(2, 2));
+      EXPECT_GE(lean, 5 * kDegree - 1e-9);
+      EXPECT_LE(lean, 10 * kDegree + 1e-9);
+    }
+}
+
+TEST(Perturbation, GatesStayAboveTheFloor) {
+  Track track = circle();
+  for (std::uint64_t seed = 1; seed <= 50; ++seed)
+    for (const auto& gate : perturbed_world(track, {0, 3.0, 0, 0}, seed).gates)
+      EXPECT_GE(gate.X_WG.translation().z(), 0.75);
+}
+
+TEST(Mismatch, ScalesTheTrueVehicle) {
+  const QuadrotorModel believed;
+  const QuadrotorModel truth = true_quadrotor(believed, {1.1, 1.5, 2.0, Eigen::Vector3d::Zero()});
+  EXPECT_NEAR(truth.mass_kg, 1.1 * believed.mass_kg, 1e-12);
+  EXPECT_NEAR(truth.drag_kg_s.x(), 1.5 * believed.drag_kg_s.x(), 1e-12);
+  EXPECT_NEAR(truth.rotor_time_constant_s, 2 * believed.rotor_time_constant_s, 1e-12);
+}
+
+}  // namespace
+}  // namespace gatefield::config
