@@ -15,7 +15,8 @@ std::vector<std::string> available_isas();
 /// Name of the one in use.
 std::string_view active_isa() noexcept;
 
-/// Forces one (`--isa`); "auto" takes the best. The error lists what is available. Call before any thread uses a kernel.
+/// Forces one (`--isa`); "auto" takes the best. The error lists what is available. Call before any thread uses a
+/// kernel.
 Status select_isa(std::string_view name);
 
 }  // namespace gatefield::kernels

@@ -12,30 +12,52 @@
 /// Field decoder: s = g_phi(z, p) for many points p and one z (paper, "Gate-SDF Guided Safety Cost").
 ///
 /// With z fixed the first layer is affine in the encoding e(p) of the point, so it is folded once per frame:
-///   a0 = e(p)  (p itself, or p and its sines and cosines),   a1 = relu(W1 a0 + b1),   a_{i+1} = relu(W_i a_i + b_i),   s = w a_n + b.
+///   a0 = e(p)  (p itself, or p and its sines and cosines),   a1 = relu(W1 a0 + b1),   a_{i+1} = relu(W_i a_i + b_i),
+///   s = w a_n + b.
 /// Tolerance of every instruction set against reference.cpp: |ds| <= 1e-4 m with trained weights (fp32).
 namespace gatefield::kernels {
 
-/// A decoder with its latent folded in. Folding allocates on first use only; layouts are padded for the widest vectors.
+/// Limits of what decode() takes; model::Bundle checks them.
+inline constexpr int kMaxWidth = 256;   ///< inputs and outputs of any layer after folding
+inline constexpr int kMaxOctaves = 16;  ///< of the positional encoding
+/// Coordinates in the camera frame saturate here, so that any finite point gives a finite value.
+inline constexpr double kMaxCoordinate_m = 1e6;
+
+/// One layer laid out for decode(): outputs filled up to a multiple of kNeuronGroup with zeros, then in groups of four
+/// weight[group][input][4], so that the inner loop reads one stream per group.
+struct PackedLayer {
+  int inputs = 0;
+  int outputs = 0;  ///< padded
+  std::vector<float> weight;
+  std::vector<float> bias;
+};
+inline constexpr int kNeuronGroup = 8;
+
+/// A decoder with its latent folded in. Folding allocates on first use only.
 struct FoldedDecoder {
   int encoding_octaves = 0;
-  float inverse_scale = 1.0f;      ///< 1 / S
+  float inverse_scale = 1.0f;  ///< 1 / S of the sines; kHyper has it in its first layer's weights
   Eigen::Matrix3f R_CW = Eigen::Matrix3f::Identity();
   Eigen::Vector3f t_CW = Eigen::Vector3f::Zero();  ///< p_C = R_CW p_W + t_CW; kHyper: minus the latent's centre already
   std::vector<model::Dense> layers;                ///< [0] folded
+  std::vector<PackedLayer> packed;                 ///< the same as decode() reads them
 };
 
 /// Folds `latent` (captured from X_WC) into `out`. Reuses out's memory.
-/// @pre latent.size() == weights.latent_size
-void fold(const model::DecoderWeights& weights, std::span<const float> latent, const Eigen::Isometry3d& X_WC, FoldedDecoder* out);
+/// Not thread-safe on the same `out`; real-time safe from the second call with weights of the same shape on.
+/// @pre latent.size() == weights.latent_size; weights as model::Bundle lets them through (shapes chain, widths <=
+/// kMaxWidth)
+void fold(const model::DecoderWeights& weights, std::span<const float> latent, const Eigen::Isometry3d& X_WC,
+          FoldedDecoder* out);
 
 /// s at points in the world frame; double precision, readable: what the instruction sets are held against.
 void decode_reference(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
                       std::span<const float> z_W, std::span<float> sdf_m) noexcept;
 
-/// The same through the best instruction set (or the forced one). Any number of points.
-/// Thread-safe: yes.   Real-time safe: yes (scratch is on the stack; hidden layers up to 256 wide).
-void decode(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W, std::span<const float> z_W,
-            std::span<float> sdf_m) noexcept;
+/// The same through the best instruction set (or the forced one). Any number of points; a point with a coordinate that
+/// isn't finite gets NaN. A point's value doesn't depend on its place in the span. Thread-safe: yes.   Real-time safe:
+/// yes (scratch is on the stack; hidden layers up to 256 wide).
+void decode(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
+            std::span<const float> z_W, std::span<float> sdf_m) noexcept;
 
 }  // namespace gatefield::kernels

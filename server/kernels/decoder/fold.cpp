@@ -1,0 +1,92 @@
+#include <algorithm>
+#include <cassert>
+#include <cstddef>
+
+#include "server/kernels/decoder/decoder.h"
+
+namespace gatefield::kernels {
+namespace {
+
+std::size_t at(int row, int columns, int column) noexcept {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
+}
+
+void resize(model::Dense* layer, int inputs, int outputs) {
+  layer->inputs = inputs;
+  layer->outputs = outputs;
+  layer->weight.resize(at(outputs, inputs, 0));
+  layer->bias.resize(static_cast<std::size_t>(outputs));
+}
+
+/// Concatenated: the columns of z go into the bias, those of the encoded point stay.
+void fold_columns(const model::Dense& full, std::span<const float> z, model::Dense* out) {
+  const int latent = static_cast<int>(z.size());
+  resize(out, full.inputs - latent, full.outputs);
+  for (int i = 0; i < full.outputs; ++i) {
+    double bias = full.bias[static_cast<std::size_t>(i)];
+    for (int j = 0; j < latent; ++j)
+      bias += double{full.weight[at(i, full.inputs, j)]} * z[static_cast<std::size_t>(j)];
+    out->bias[static_cast<std::size_t>(i)] = static_cast<float>(bias);
+    for (int j = 0; j < out->inputs; ++j)
+      out->weight[at(i, out->inputs, j)] = full.weight[at(i, full.inputs, latent + j)];
+  }
+}
+
+/// Hyper: z generates the first layer, W1 [h][3] (which takes 1 / S in) and then b1 [h].
+void generate(const model::Dense& generator, std::span<const float> z, double scale_m, model::Dense* out) {
+  const int hidden = generator.outputs / 4;
+  resize(out, 3, hidden);
+  for (int i = 0; i < generator.outputs; ++i) {
+    double value = generator.bias[static_cast<std::size_t>(i)];
+    for (int j = 0; j < generator.inputs; ++j) {
+      value += double{generator.weight[at(i, generator.inputs, j)]} * z[static_cast<std::size_t>(j)];
+    }
+    if (i < 3 * hidden) {
+      out->weight[static_cast<std::size_t>(i)] = static_cast<float>(value / scale_m);
+    } else {
+      out->bias[static_cast<std::size_t>(i - 3 * hidden)] = static_cast<float>(value);
+    }
+  }
+}
+
+void pack(const model::Dense& layer, PackedLayer* out) {
+  const int padded = (layer.outputs + kNeuronGroup - 1) / kNeuronGroup * kNeuronGroup;
+  out->inputs = layer.inputs;
+  out->outputs = padded;
+  out->weight.assign(at(padded, layer.inputs, 0), 0.0f);
+  out->bias.assign(static_cast<std::size_t>(padded), 0.0f);
+  for (int i = 0; i < layer.outputs; ++i) {
+    out->bias[static_cast<std::size_t>(i)] = layer.bias[static_cast<std::size_t>(i)];
+    float* group = out->weight.data() + at(i / 4 * 4, layer.inputs, 0);
+    for (int j = 0; j < layer.inputs; ++j) group[at(j, 4, i % 4)] = layer.weight[at(i, layer.inputs, j)];
+  }
+}
+
+}  // namespace
+
+void fold(const model::DecoderWeights& weights, std::span<const float> latent, const Eigen::Isometry3d& X_WC,
+          FoldedDecoder* out) {
+  assert(static_cast<int>(latent.size()) == weights.latent_size);
+  const Eigen::Isometry3d X_CW = X_WC.inverse();
+  Eigen::Vector3d t_CW = X_CW.translation();
+  if (weights.kind == model::DecoderKind::kHyper) {
+    out->encoding_octaves = 0;
+    out->inverse_scale = 1.0f;
+    out->layers.resize(weights.layers.size() + 1);
+    t_CW -= Eigen::Vector3d(latent[0], latent[1], latent[2]);
+    generate(weights.generator, latent.subspan(3), weights.position_scale_m, &out->layers[0]);
+    std::copy(weights.layers.begin(), weights.layers.end(), out->layers.begin() + 1);
+  } else {
+    out->encoding_octaves = weights.encoding_octaves;
+    out->inverse_scale = static_cast<float>(1.0 / weights.position_scale_m);
+    out->layers.resize(weights.layers.size());
+    fold_columns(weights.layers[0], latent, &out->layers[0]);
+    std::copy(weights.layers.begin() + 1, weights.layers.end(), out->layers.begin() + 1);
+  }
+  out->R_CW = X_CW.linear().cast<float>();
+  out->t_CW = t_CW.cast<float>();
+  out->packed.resize(out->layers.size());
+  for (std::size_t i = 0; i < out->layers.size(); ++i) pack(out->layers[i], &out->packed[i]);
+}
+
+}  // namespace gatefield::kernels

@@ -1,0 +1,215 @@
+#include "server/kernels/decoder/decoder.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "server/kernels/decoder/simd.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+
+#include "server/kernels/math-inl.h"
+
+#ifndef GATEFIELD_KERNELS_DECODER_VIEW
+#define GATEFIELD_KERNELS_DECODER_VIEW
+namespace gatefield::kernels {
+
+struct LayerView {
+  const float* weight;
+  const float* bias;
+  std::size_t inputs;
+  std::size_t outputs;
+};
+
+inline constexpr std::size_t kMaxLayers = 16;
+
+/// FoldedDecoder as plain numbers: nothing of the standard library or Eigen gets compiled for an instruction set.
+struct DecoderView {
+  float R_CW[9];  ///< row-major
+  float t_CW[3];
+  float half_inverse_scale;
+  float max_coordinate;
+  std::size_t octaves;
+  std::size_t layer_count;
+  LayerView layers[kMaxLayers];
+};
+
+}  // namespace gatefield::kernels
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace gatefield::kernels {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using D = hn::ScalableTag<float>;
+using V = hn::VFromD<D>;
+constexpr std::size_t kLanes = hn::MaxLanes(D());
+
+// A block is kVectors vectors of points; the inner loop keeps kVectors x kNeurons sums in registers. Enough of them to
+// hide the latency of the multiplier (8 to 10), few enough to stay within the register file together with a weight and
+// the inputs.
+#if HWY_TARGET <= HWY_AVX3 || HWY_TARGET == HWY_NEON
+constexpr std::size_t kVectors = 3, kNeurons = 8;  // 32 registers
+#elif HWY_TARGET == HWY_AVX2
+constexpr std::size_t kVectors = 3, kNeurons = 4;  // 16 registers
+#else
+constexpr std::size_t kVectors = 2, kNeurons = 4;
+#endif
+
+/// kNeurons (kN) outputs of one layer for kP vectors of points: sums[j][p] = b[n + j] + sum_k W[n + j][k] in[k][p].
+template <std::size_t kP, std::size_t kN>
+HWY_INLINE void Affine(const LayerView& layer, std::size_t n, const float* HWY_RESTRICT in, V (&sums)[kN][kP]) {
+  static_assert(kN == 4 || kN == 8);
+  const D d;
+  const float* HWY_RESTRICT group0 = layer.weight + n * layer.inputs;
+  const float* HWY_RESTRICT group1 = group0 + (kN == 8 ? 4 * layer.inputs : 0);
+  HWY_UNROLL(8)
+  for (std::size_t j = 0; j < kN; ++j) {
+    HWY_UNROLL(4)
+    for (std::size_t p = 0; p < kP; ++p) sums[j][p] = hn::Set(d, layer.bias[n + j]);
+  }
+  for (std::size_t k = 0; k < layer.inputs; ++k) {
+    V a[kP];
+    HWY_UNROLL(4)
+    for (std::size_t p = 0; p < kP; ++p) a[p] = hn::Load(d, in + (k * kP + p) * kLanes);
+    HWY_UNROLL(8)
+    for (std::size_t j = 0; j < kN; ++j) {
+      const V w = hn::Set(d, j < 4 ? group0[4 * k + j] : group1[4 * k + j - 4]);
+      HWY_UNROLL(4)
+      for (std::size_t p = 0; p < kP; ++p) sums[j][p] = hn::MulAdd(w, a[p], sums[j][p]);
+    }
+  }
+}
+
+/// The network for kP vectors of points. Activations lie as [neuron][kP][lane]; two buffers take turns, and the last
+/// hidden layer goes straight into the output's sum without being stored.
+template <std::size_t kP, std::size_t kN>
+HWY_NOINLINE void DecodeBlock(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W,
+                              float* sdf) {
+  const D d;
+  HWY_ALIGN_MAX float buffers[2][kMaxWidth * kP * kLanes];
+  float* in = buffers[0];
+  float* out = buffers[1];
+  const V zero = hn::Zero(d);
+
+  V not_finite[kP];  // 0 for points with finite coordinates, else NaN
+  HWY_UNROLL(4)
+  for (std::size_t p = 0; p < kP; ++p) {
+    const V x = hn::LoadU(d, x_W + p * kLanes), y = hn::LoadU(d, y_W + p * kLanes), z = hn::LoadU(d, z_W + p * kLanes);
+    not_finite[p] = hn::MulAdd(x, zero, hn::MulAdd(y, zero, hn::Mul(z, zero)));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float* R = net.R_CW + 3 * axis;
+      V c = hn::MulAdd(hn::Set(d, R[0]), x, hn::Set(d, net.t_CW[axis]));
+      c = hn::MulAdd(hn::Set(d, R[1]), y, c);
+      c = hn::MulAdd(hn::Set(d, R[2]), z, c);
+      c = hn::Min(hn::Max(c, hn::Set(d, -net.max_coordinate)), hn::Set(d, net.max_coordinate));
+      hn::Store(c, d, in + (axis * kP + p) * kLanes);
+      if (net.octaves > 0) {
+        // One sine and cosine per axis; every further octave by the double angle.
+        V sine, cosine;
+        SinCosTurns(d, hn::Mul(c, hn::Set(d, net.half_inverse_scale)), sine, cosine);
+        for (std::size_t octave = 0; octave < net.octaves; ++octave) {
+          const std::size_t row = 3 + 6 * octave + axis;
+          hn::Store(sine, d, in + (row * kP + p) * kLanes);
+          hn::Store(cosine, d, in + ((row + 3) * kP + p) * kLanes);
+          const V twice = hn::Add(sine, sine);
+          const V next_cosine = hn::NegMulAdd(twice, sine, hn::Set(d, 1.0f));
+          sine = hn::Mul(twice, cosine);
+          cosine = next_cosine;
+        }
+      }
+    }
+  }
+
+  const LayerView& output = net.layers[net.layer_count - 1];
+  V s[kP];
+  HWY_UNROLL(4)
+  for (std::size_t p = 0; p < kP; ++p) s[p] = hn::Set(d, output.bias[0]);
+
+  const std::size_t hidden_layers = net.layer_count - 1;
+  for (std::size_t l = 0; l < hidden_layers; ++l) {
+    const LayerView& layer = net.layers[l];
+    const bool last_hidden = l + 1 == hidden_layers;
+    for (std::size_t n = 0; n < layer.outputs; n += kN) {
+      V sums[kN][kP];
+      Affine<kP, kN>(layer, n, in, sums);
+      if (last_hidden) {
+        // A packed layer has groups of four outputs side by side, so output 0 has every fourth number. The neurons that
+        // fill up the last group are zero and have no weight: the sum ends at the real ones.
+        HWY_UNROLL(8)
+        for (std::size_t j = 0; j < kN; ++j) {
+          const V w = hn::Set(d, n + j < output.inputs ? output.weight[4 * (n + j)] : 0.0f);
+          HWY_UNROLL(4)
+          for (std::size_t p = 0; p < kP; ++p) s[p] = hn::MulAdd(w, hn::Max(sums[j][p], zero), s[p]);
+        }
+      } else {
+        HWY_UNROLL(8)
+        for (std::size_t j = 0; j < kN; ++j) {
+          HWY_UNROLL(4)
+          for (std::size_t p = 0; p < kP; ++p)
+            hn::Store(hn::Max(sums[j][p], zero), d, out + ((n + j) * kP + p) * kLanes);
+        }
+      }
+    }
+    float* swap = in;
+    in = out;
+    out = swap;
+  }
+  if (hidden_layers == 0) {
+    for (std::size_t k = 0; k < output.inputs; ++k) {
+      const V w = hn::Set(d, output.weight[4 * k]);
+      HWY_UNROLL(4)
+      for (std::size_t p = 0; p < kP; ++p) s[p] = hn::MulAdd(w, hn::Load(d, in + (k * kP + p) * kLanes), s[p]);
+    }
+  }
+  HWY_UNROLL(4)
+  for (std::size_t p = 0; p < kP; ++p) hn::StoreU(hn::Add(s[p], not_finite[p]), d, sdf + p * kLanes);
+}
+
+void DecodeAll(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W, float* sdf,
+               std::size_t count) {
+  std::size_t n = 0;
+  for (; n + kVectors * kLanes <= count; n += kVectors * kLanes) {
+    DecodeBlock<kVectors, kNeurons>(net, x_W + n, y_W + n, z_W + n, sdf + n);
+  }
+  for (; n + kLanes <= count; n += kLanes) DecodeBlock<1, 8>(net, x_W + n, y_W + n, z_W + n, sdf + n);
+  if (n < count) {
+    float part[4][kLanes] = {};
+    for (std::size_t i = 0; n + i < count; ++i) {
+      part[0][i] = x_W[n + i];
+      part[1][i] = y_W[n + i];
+      part[2][i] = z_W[n + i];
+    }
+    DecodeBlock<1, 8>(net, part[0], part[1], part[2], part[3]);
+    for (std::size_t i = 0; n + i < count; ++i) sdf[n + i] = part[3][i];
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace gatefield::kernels
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace gatefield::kernels {
+
+HWY_EXPORT(DecodeAll);
+
+void decode(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
+            std::span<const float> z_W, std::span<float> sdf_m) noexcept {
+  DecoderView view;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) view.R_CW[3 * i + j] = decoder.R_CW(i, j);
+    view.t_CW[i] = decoder.t_CW[i];
+  }
+  view.half_inverse_scale = 0.5f * decoder.inverse_scale;
+  view.max_coordinate = static_cast<float>(kMaxCoordinate_m);
+  view.octaves = static_cast<std::size_t>(decoder.encoding_octaves);
+  view.layer_count = decoder.packed.size();
+  for (std::size_t i = 0; i < decoder.packed.size(); ++i) {
+    const PackedLayer& layer = decoder.packed[i];
+    view.layers[i] = {layer.weight.data(), layer.bias.data(), static_cast<std::size_t>(layer.inputs),
+                      static_cast<std::size_t>(layer.outputs)};
+  }
+  HWY_DYNAMIC_DISPATCH(DecodeAll)(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
+}
+
+}  // namespace gatefield::kernels
+#endif  // HWY_ONCE

@@ -1,0 +1,220 @@
+#include "server/kernels/decoder/decoder.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "common/base/random.h"
+#include "tests/unit/server/kernels/every_isa.h"
+
+namespace gatefield::kernels {
+namespace {
+
+using model::DecoderKind;
+using model::DecoderWeights;
+using model::Dense;
+
+class DecoderTest : public EveryIsa {};
+
+/// He-scaled, so that values keep their size from layer to layer as in a trained network.
+Dense random_dense(int inputs, int outputs, Random& random, double gain = 1.0) {
+  Dense layer{inputs, outputs, {}, {}};
+  const double sigma = gain * std::sqrt(2.0 / inputs);
+  for (int i = 0; i < inputs * outputs; ++i) layer.weight.push_back(static_cast<float>(sigma * random.normal()));
+  for (int i = 0; i < outputs; ++i) layer.bias.push_back(static_cast<float>(0.1 * random.normal()));
+  return layer;
+}
+
+DecoderWeights random_weights(DecoderKind kind, const std::vector<int>& hidden, int octaves, std::uint64_t seed) {
+  Random random(seed);
+  DecoderWeights weights;
+  weights.kind = kind;
+  weights.position_scale_m = 4.0;
+  int inputs = 0;
+  std::size_t first_hidden = 0;
+  if (kind == DecoderKind::kHyper) {
+    weights.latent_size = 3 + 29;
+    weights.generator = random_dense(29, 4 * hidden[0], random);
+    inputs = hidden[0];
+    first_hidden = 1;
+  } else {
+    weights.latent_size = 32;
+    weights.encoding_octaves = octaves;
+    inputs = 32 + 3 + 6 * octaves;
+  }
+  for (std::size_t i = first_hidden; i < hidden.size(); ++i) {
+    weights.layers.push_back(random_dense(inputs, hidden[i], random));
+    inputs = hidden[i];
+  }
+  weights.layers.push_back(random_dense(inputs, 1, random, 0.5));
+  return weights;
+}
+
+std::vector<float> random_latent(int size, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<float> latent;
+  for (int i = 0; i < size; ++i) latent.push_back(static_cast<float>(0.5 * random.normal()));
+  return latent;
+}
+
+Eigen::Isometry3d capture_pose() {
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  X_WC.translate(Eigen::Vector3d(2.0, -3.0, 1.5));
+  X_WC.rotate(Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.4, -0.7, 0.6).normalized()));
+  return X_WC;
+}
+
+/// The network as bundle.h defines it, in double precision, straight from the weights: no folding, no packing.
+double plain_network(const DecoderWeights& weights, std::span<const float> latent, const Eigen::Isometry3d& X_WC,
+                     const Eigen::Vector3d& p_W) {
+  const Eigen::Vector3d p_C = X_WC.inverse() * p_W;
+  std::vector<double> a;
+  if (weights.kind == DecoderKind::kHyper) {
+    std::vector<double> generated;
+    const auto inputs = static_cast<std::size_t>(weights.generator.inputs);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(weights.generator.outputs); ++i) {
+      double value = weights.generator.bias[i];
+      for (std::size_t j = 0; j < inputs; ++j)
+        value += double{weights.generator.weight[i * inputs + j]} * latent[3 + j];
+      generated.push_back(value);
+    }
+    const std::size_t hidden = generated.size() / 4;
+    const Eigen::Vector3d offset = (p_C - Eigen::Vector3d(latent[0], latent[1], latent[2])) / weights.position_scale_m;
+    for (std::size_t i = 0; i < hidden; ++i) {
+      const double value = generated[3 * i] * offset.x() + generated[3 * i + 1] * offset.y() +
+                           generated[3 * i + 2] * offset.z() + generated[3 * hidden + i];
+      a.push_back(std::max(value, 0.0));
+    }
+  } else {
+    a.assign(latent.begin(), latent.end());
+    for (int axis = 0; axis < 3; ++axis) a.push_back(p_C[axis]);
+    for (int octave = 0; octave < weights.encoding_octaves; ++octave) {
+      const double factor = std::pow(2.0, octave) * std::numbers::pi / weights.position_scale_m;
+      for (int axis = 0; axis < 3; ++axis) a.push_back(std::sin(factor * p_C[axis]));
+      for (int axis = 0; axis < 3; ++axis) a.push_back(std::cos(factor * p_C[axis]));
+    }
+  }
+  for (std::size_t l = 0; l < weights.layers.size(); ++l) {
+    const Dense& layer = weights.layers[l];
+    std::vector<double> next;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(layer.outputs); ++i) {
+      double value = layer.bias[i];
+      for (std::size_t j = 0; j < a.size(); ++j) value += double{layer.weight[i * a.size() + j]} * a[j];
+      next.push_back(l + 1 < weights.layers.size() ? std::max(value, 0.0) : value);
+    }
+    a = std::move(next);
+  }
+  return a[0];
+}
+
+struct Points {
+  std::vector<float> x, y, z;
+  explicit Points(std::size_t count, std::uint64_t seed = 1, double reach_m = 4.0) {
+    Random random(seed);
+    for (std::size_t i = 0; i < count; ++i) {
+      x.push_back(static_cast<float>(random.uniform(-reach_m, reach_m)));
+      y.push_back(static_cast<float>(random.uniform(-reach_m, reach_m)));
+      z.push_back(static_cast<float>(random.uniform(0.0, reach_m)));
+    }
+  }
+};
+
+struct Shape {
+  DecoderKind kind;
+  std::vector<int> hidden;
+  int octaves;
+};
+
+const Shape kShapes[] = {{DecoderKind::kHyper, {64, 64}, 0},        {DecoderKind::kHyper, {16}, 0},
+                         {DecoderKind::kHyper, {32, 48, 24}, 0},    {DecoderKind::kHyper, {17, 33}, 0},
+                         {DecoderKind::kHyper, {128, 128}, 0},      {DecoderKind::kHyper, {256, 256}, 0},
+                         {DecoderKind::kConcatenated, {64, 64}, 5}, {DecoderKind::kConcatenated, {256, 256, 256}, 6},
+                         {DecoderKind::kConcatenated, {30}, 0},     {DecoderKind::kConcatenated, {100, 50, 25, 12}, 3},
+                         {DecoderKind::kConcatenated, {}, 4}};
+
+TEST_P(DecoderTest, GivesWhatThePlainNetworkGives) {
+  const Eigen::Isometry3d X_WC = capture_pose();
+  for (const Shape& shape : kShapes) {
+    const DecoderWeights weights = random_weights(shape.kind, shape.hidden, shape.octaves, 5);
+    const std::vector<float> latent = random_latent(weights.latent_size, 6);
+    FoldedDecoder folded;
+    fold(weights, latent, X_WC, &folded);
+    const Points points(150);
+    std::vector<float> sdf(150), reference(150);
+    decode(folded, points.x, points.y, points.z, sdf);
+    decode_reference(folded, points.x, points.y, points.z, reference);
+    for (std::size_t i = 0; i < 150; ++i) {
+      const double expected = plain_network(weights, latent, X_WC, {points.x[i], points.y[i], points.z[i]});
+      ASSERT_NEAR(reference[i], expected, 1e-4)
+          << "reference, first width " << (shape.hidden.empty() ? 0 : shape.hidden[0]);
+      ASSERT_NEAR(sdf[i], reference[i], 1e-4) << "first width " << (shape.hidden.empty() ? 0 : shape.hidden[0]);
+    }
+  }
+}
+
+TEST_P(DecoderTest, TakesAnyNumberOfPointsFromAnyAddress) {
+  const DecoderWeights weights = random_weights(DecoderKind::kConcatenated, {40, 24}, 4, 8);
+  FoldedDecoder folded;
+  fold(weights, random_latent(weights.latent_size, 9), capture_pose(), &folded);
+  const Points points(205, 3);
+  std::vector<float> all(205);
+  decode(folded, points.x, points.y, points.z, all);
+  for (std::size_t first = 0; first < 3; ++first) {
+    for (std::size_t count = 0; count <= 200; count += count < 67 ? 1 : 19) {
+      std::vector<float> sdf(count + 2, -7.0f);
+      decode(folded, std::span(points.x).subspan(first, count), std::span(points.y).subspan(first, count),
+             std::span(points.z).subspan(first, count), std::span(sdf).subspan(1, count));
+      EXPECT_EQ(sdf.front(), -7.0f);
+      EXPECT_EQ(sdf.back(), -7.0f);
+      for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(sdf[i + 1], all[first + i]) << i << " of " << count;
+    }
+  }
+}
+
+TEST_P(DecoderTest, StaysFiniteForFinitePointsAndSaysNanForOthers) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (const Shape& shape : kShapes) {
+    const DecoderWeights weights = random_weights(shape.kind, shape.hidden, shape.octaves, 15);
+    FoldedDecoder folded;
+    fold(weights, random_latent(weights.latent_size, 16), capture_pose(), &folded);
+    Points points(20);
+    const float finite[] = {3e38f, -3e38f, 1e30f, -1e20f, 1e9f, 1e-45f, 0.0f, -0.0f};
+    std::copy(std::begin(finite), std::end(finite), points.x.begin());
+    std::copy(std::begin(finite), std::end(finite), points.y.begin() + 3);
+    const float others[] = {kInfinity, -kInfinity, std::nanf("")};
+    std::copy(std::begin(others), std::end(others), points.z.begin() + 12);
+    points.x[16] = kInfinity;
+    points.y[17] = std::nanf("");
+    std::vector<float> sdf(20), reference(20);
+    decode(folded, points.x, points.y, points.z, sdf);
+    decode_reference(folded, points.x, points.y, points.z, reference);
+    for (std::size_t i = 0; i < 20; ++i) {
+      const bool number = std::isfinite(points.x[i]) && std::isfinite(points.y[i]) && std::isfinite(points.z[i]);
+      ASSERT_EQ(std::isfinite(sdf[i]), number) << i;
+      ASSERT_EQ(std::isfinite(reference[i]), number) << i;
+    }
+  }
+}
+
+TEST_P(DecoderTest, FoldingAgainTakesTheNewLatentAndShape) {
+  FoldedDecoder folded;
+  const Points points(40);
+  for (const Shape& shape : kShapes) {
+    const DecoderWeights weights = random_weights(shape.kind, shape.hidden, shape.octaves, 25);
+    for (const std::uint64_t seed : {1u, 2u}) {
+      const std::vector<float> latent = random_latent(weights.latent_size, seed);
+      fold(weights, latent, capture_pose(), &folded);
+      FoldedDecoder fresh;
+      fold(weights, latent, capture_pose(), &fresh);
+      std::vector<float> again(40), first(40);
+      decode(folded, points.x, points.y, points.z, again);
+      decode(fresh, points.x, points.y, points.z, first);
+      EXPECT_EQ(again, first);
+    }
+  }
+}
+
+ON_EVERY_ISA(DecoderTest);
+
+}  // namespace
+}  // namespace gatefield::kernels
