@@ -6,9 +6,11 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/kernels/average/simd.cpp"
+// clang-format off: the order matters
 #include <hwy/contrib/math/math-inl.h>
-#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+// clang-format on
 
 #ifndef GATEFIELD_KERNELS_AVERAGE_SUMS
 #define GATEFIELD_KERNELS_AVERAGE_SUMS
