@@ -6,10 +6,11 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/kernels/average/simd.cpp"
-// clang-format off: the order matters
-#include <hwy/contrib/math/math-inl.h>
+// The order matters here.
+// clang-format off
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+#include <hwy/contrib/math/math-inl.h>
 // clang-format on
 
 #ifndef GATEFIELD_KERNELS_AVERAGE_SUMS

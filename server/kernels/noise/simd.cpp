@@ -2,10 +2,11 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/kernels/noise/simd.cpp"
-// clang-format off: the order matters
-#include <hwy/contrib/math/math-inl.h>
+// The order matters here.
+// clang-format off
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+#include <hwy/contrib/math/math-inl.h>
 // clang-format on
 
 #include "server/kernels/math-inl.h"
