@@ -95,16 +95,15 @@ Status check_health(const PlannerHealth& health) {
     if (auto s = check_range("health.latent_age_s", health.latent_age_s, 0, 1e9, "-1 (none yet) or at least 0 s"); !s)
       return s;
   if (auto s = check_range("health.state_age_s", health.state_age_s, 0, 1e9, "at least 0 s"); !s) return s;
-  if (health.target_waypoint >= kMaxWaypoints)
-    return wrong("health.target_waypoint", text_of(health.target_waypoint),
-                 "less than " + std::to_string(kMaxWaypoints));
+  if (health.target_waypoint > kMaxWaypoints)
+    return wrong("health.target_waypoint", text_of(health.target_waypoint), "at most " + std::to_string(kMaxWaypoints));
   if (health.lap > kMaxLaps) return wrong("health.lap", text_of(health.lap), "at most " + std::to_string(kMaxLaps));
   return {};
 }
 
 Status check_heard(std::uint32_t waypoint, std::uint32_t lap) {
-  if (waypoint >= kMaxWaypoints)
-    return wrong("heard_waypoint", text_of(waypoint), "less than " + std::to_string(kMaxWaypoints));
+  if (waypoint > kMaxWaypoints)
+    return wrong("heard_waypoint", text_of(waypoint), "at most " + std::to_string(kMaxWaypoints));
   if (lap > kMaxLaps) return wrong("heard_lap", text_of(lap), "at most " + std::to_string(kMaxLaps));
   return {};
 }

@@ -1,0 +1,152 @@
+#include "common/dds/client_endpoint.h"
+
+#include "common/dds/convert.h"
+#include "common/dds/participant.h"
+#include "common/dds/reader.h"
+#include "common/dds/writer.h"
+#include "gatefield_idl/gatefieldPubSubTypes.h"
+
+namespace gatefield::dds {
+namespace {
+
+using ReplyReader = Reader<wire::SessionReplyPubSubType>;
+using CommandReader = Reader<wire::ThrustRateCommandPubSubType>;
+using TelemetryReader = Reader<wire::TelemetryPubSubType>;
+using RequestWriter = Writer<wire::SessionRequestPubSubType>;
+using StateWriter = Writer<wire::VehicleStatePubSubType>;
+using DepthWriter = Writer<wire::DepthFramePubSubType>;
+
+class Endpoint final : public ClientEndpoint {
+ public:
+  Endpoint(std::string vehicle, ClientHandler* handler) : vehicle_(std::move(vehicle)), handler_(handler) {}
+
+  Status open(std::uint32_t domain, const TransportOptions& transport) {
+    auto participant = Participant::open(domain, "gatefield-client " + vehicle_, "gatefield-client:" + vehicle_,
+                                         transport, [](const PeerEvent&) {});
+    if (!participant.ok()) return Error{participant.error()};
+    participant_ = std::move(participant).value();
+
+    const auto unreadable = [this](Topic topic) {
+      return [this, topic] { handler_->on_rejected(topic, "the sample is no sample of this topic's type"); };
+    };
+    // Readers first: the answer to a request must find one.
+    ReplyReader::Callbacks on_reply{[this](wire::SessionReply* sample, const Origin&) {
+                                      receive<protocol::SessionReply>(
+                                          Topic::kSessionReply, *sample, &reply_,
+                                          [this](const auto& reply) { handler_->on_reply(reply); });
+                                    },
+                                    nullptr, unreadable(Topic::kSessionReply)};
+    if (auto s = keep(ReplyReader::open(participant_.get(), Topic::kSessionReply, on_reply), &replies_); !s) return s;
+    CommandReader::Callbacks on_command{[this](wire::ThrustRateCommand* sample, const Origin&) {
+                                          receive<protocol::ThrustRateCommand>(
+                                              Topic::kCommand, *sample, &command_,
+                                              [this](const auto& command) { handler_->on_command(command); });
+                                        },
+                                        nullptr, unreadable(Topic::kCommand)};
+    if (auto s = keep(CommandReader::open(participant_.get(), Topic::kCommand, on_command, command_partition(vehicle_)),
+                      &commands_);
+        !s)
+      return s;
+    TelemetryReader::Callbacks on_telemetry{[this](wire::Telemetry* sample, const Origin&) {
+                                              receive<protocol::Telemetry>(
+                                                  Topic::kTelemetry, *sample, &telemetry_,
+                                                  [this](const auto& telemetry) { handler_->on_telemetry(telemetry); });
+                                            },
+                                            nullptr, unreadable(Topic::kTelemetry)};
+    if (auto s = keep(TelemetryReader::open(participant_.get(), Topic::kTelemetry, on_telemetry), &telemetries_); !s)
+      return s;
+
+    if (auto s = keep(StateWriter::open(participant_.get(), Topic::kVehicleState), &states_); !s) return s;
+    if (auto s = keep(DepthWriter::open(participant_.get(), Topic::kDepthFrame), &frames_); !s) return s;
+    return keep(RequestWriter::open(participant_.get(), Topic::kSessionRequest), &requests_);
+  }
+
+  ~Endpoint() override {
+    replies_.reset();
+    commands_.reset();
+    telemetries_.reset();
+    if (requests_) {
+      requests_->withdraw(vehicle_);
+      requests_->flush(200);
+    }
+    requests_.reset();
+    frames_.reset();
+    states_.reset();
+    participant_.reset();
+  }
+
+  Status publish(const protocol::SessionRequest& request) override {
+    if (auto good = protocol::validate(request); !good) return good;
+    if (auto own = is_own(request.vehicle); !own) return own;
+    if (!requests_->write([&](wire::SessionRequest* sample) { to_wire(request, sample); }))
+      return Error{"the session request of " + vehicle_ + " could not be sent"};
+    return {};
+  }
+
+  bool publish(const protocol::VehicleState& state) override {
+    return states_->write([&](wire::VehicleState* sample) { to_wire(state, sample); });
+  }
+
+  bool publish(protocol::DepthFrame& frame) override {
+    return frames_->write(
+        [&](wire::DepthFrame* sample) {
+          header_to_wire(frame, sample);
+          sample->pixels().swap(frame.pixels);
+        },
+        [&](wire::DepthFrame* sample) { sample->pixels().swap(frame.pixels); });
+  }
+
+ private:
+  template <typename T>
+  static Status keep(Result<std::unique_ptr<T>> opened, std::unique_ptr<T>* place) {
+    if (!opened.ok()) return Error{opened.error()};
+    *place = std::move(opened).value();
+    return {};
+  }
+
+  Status is_own(const std::string& vehicle) const {
+    if (vehicle == vehicle_) return {};
+    return Error{"vehicle is \"" + vehicle + "\", expected \"" + vehicle_ + "\", the name this endpoint was made for"};
+  }
+
+  // Replies and telemetry of all vehicles come by; only our own are looked at, so that a stranger's can't fill our
+  // counters.
+  template <typename Message, typename Sample, typename Deliver>
+  void receive(Topic topic, const Sample& sample, Message* message, Deliver&& deliver) {
+    if (!(sample.vehicle() == vehicle_)) return;
+    const Status verdict = from_wire(sample, message);
+    if (verdict.ok())
+      deliver(*message);
+    else
+      handler_->on_rejected(topic, verdict.error());
+  }
+
+  const std::string vehicle_;
+  ClientHandler* const handler_;
+  std::unique_ptr<Participant> participant_;
+
+  // Each used by the callbacks of one reader only, which take turns.
+  protocol::SessionReply reply_;
+  protocol::ThrustRateCommand command_;
+  protocol::Telemetry telemetry_;
+
+  std::unique_ptr<ReplyReader> replies_;
+  std::unique_ptr<CommandReader> commands_;
+  std::unique_ptr<TelemetryReader> telemetries_;
+  std::unique_ptr<RequestWriter> requests_;
+  std::unique_ptr<StateWriter> states_;
+  std::unique_ptr<DepthWriter> frames_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ClientEndpoint>> ClientEndpoint::create(std::uint32_t domain, const std::string& vehicle,
+                                                               ClientHandler* handler,
+                                                               const TransportOptions& transport) {
+  if (auto good = protocol::validate_name("vehicle", vehicle); !good) return Error{good.error()};
+  auto endpoint = std::make_unique<Endpoint>(vehicle, handler);
+  if (auto opened = endpoint->open(domain, transport); !opened) return Error{opened.error()};
+  return std::unique_ptr<ClientEndpoint>(std::move(endpoint));
+}
+
+}  // namespace gatefield::dds

@@ -1,0 +1,356 @@
+#include "common/dds/convert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace gatefield::dds {
+namespace {
+
+// Hostile counts stay hostile after the conversion (so that validate() names them) without overflowing an int.
+int to_int(std::uint32_t value) {
+  return static_cast<int>(std::min<std::uint32_t>(value, std::numeric_limits<int>::max()));
+}
+std::uint32_t to_unsigned(int value) { return value < 0 ? 0u : static_cast<std::uint32_t>(value); }
+
+template <typename Scalar, std::size_t N>
+void put(const Eigen::Matrix<double, static_cast<int>(N), 1>& v, std::array<Scalar, N>* out) {
+  for (std::size_t i = 0; i < N; ++i) (*out)[i] = static_cast<Scalar>(v[static_cast<Eigen::Index>(i)]);
+}
+template <typename Scalar, std::size_t N>
+void get(const std::array<Scalar, N>& in, Eigen::Matrix<double, static_cast<int>(N), 1>* v) {
+  for (std::size_t i = 0; i < N; ++i) (*v)[static_cast<Eigen::Index>(i)] = in[i];
+}
+
+void to_wire(const QuadrotorModel& in, wire::Quadrotor* out) {
+  out->mass_kg(in.mass_kg);
+  put(in.inertia_kg_m2, &out->inertia_kg_m2());
+  for (std::size_t i = 0; i < kRotors; ++i) {
+    put(in.rotor_position_B_m[i], &out->rotor_position_B_m()[i]);
+    out->rotor_spin()[i] = static_cast<std::int16_t>(in.rotor_spin[i]);
+  }
+  out->torque_per_thrust_m(in.torque_per_thrust_m);
+  out->thrust_min_n(in.thrust_min_n);
+  out->thrust_max_n(in.thrust_max_n);
+  out->thrust_rate_max_n_s(in.thrust_rate_max_n_s);
+  out->rotor_time_constant_s(in.rotor_time_constant_s);
+  put(in.drag_kg_s, &out->drag_kg_s());
+  out->collision_radius_m(in.collision_radius_m);
+}
+
+void from_wire(const wire::Quadrotor& in, QuadrotorModel* out) {
+  out->mass_kg = in.mass_kg();
+  get(in.inertia_kg_m2(), &out->inertia_kg_m2);
+  for (std::size_t i = 0; i < kRotors; ++i) {
+    get(in.rotor_position_B_m()[i], &out->rotor_position_B_m[i]);
+    out->rotor_spin[i] = in.rotor_spin()[i];
+  }
+  out->torque_per_thrust_m = in.torque_per_thrust_m();
+  out->thrust_min_n = in.thrust_min_n();
+  out->thrust_max_n = in.thrust_max_n();
+  out->thrust_rate_max_n_s = in.thrust_rate_max_n_s();
+  out->rotor_time_constant_s = in.rotor_time_constant_s();
+  get(in.drag_kg_s(), &out->drag_kg_s);
+  out->collision_radius_m = in.collision_radius_m();
+}
+
+void to_wire(const CameraModel& in, wire::Camera* out) {
+  out->width_px(to_unsigned(in.width_px));
+  out->height_px(to_unsigned(in.height_px));
+  out->fx_px(in.fx_px);
+  out->fy_px(in.fy_px);
+  out->cx_px(in.cx_px);
+  out->cy_px(in.cy_px);
+  out->min_depth_m(in.min_depth_m);
+  out->max_depth_m(in.max_depth_m);
+  out->rate_hz(in.rate_hz);
+  const Eigen::Vector3d p_BC = in.X_BC.translation();
+  put(p_BC, &out->p_BC());
+  const Eigen::Quaterniond q_BC(in.X_BC.linear());
+  put(Eigen::Vector4d(q_BC.coeffs()), &out->q_BC());
+}
+
+void from_wire(const wire::Camera& in, CameraModel* out) {
+  out->width_px = to_int(in.width_px());
+  out->height_px = to_int(in.height_px());
+  out->fx_px = in.fx_px();
+  out->fy_px = in.fy_px();
+  out->cx_px = in.cx_px();
+  out->cy_px = in.cy_px();
+  out->min_depth_m = in.min_depth_m();
+  out->max_depth_m = in.max_depth_m();
+  out->rate_hz = in.rate_hz();
+  Eigen::Vector3d p_BC;
+  get(in.p_BC(), &p_BC);
+  Eigen::Vector4d q_BC;
+  get(in.q_BC(), &q_BC);
+  out->X_BC = Eigen::Isometry3d::Identity();
+  out->X_BC.translation() = p_BC;
+  // A rotation can't hold what is no rotation: zero, so that validate() refuses the mounting.
+  if (q_BC.allFinite() && std::abs(q_BC.norm() - 1.0) <= 1e-3)
+    out->X_BC.linear() = Eigen::Quaterniond(q_BC).normalized().toRotationMatrix();
+  else
+    out->X_BC.linear().setZero();
+}
+
+void to_wire(const protocol::Course& in, wire::Course* out) {
+  out->waypoints().resize(in.waypoints.size());
+  for (std::size_t i = 0; i < in.waypoints.size(); ++i) {
+    put(in.waypoints[i].p_W, &out->waypoints()[i].p_W());
+    put(in.waypoints[i].direction_W, &out->waypoints()[i].direction_W());
+  }
+  out->laps(to_unsigned(in.laps));
+  out->closed(in.closed);
+  out->gate_opening(static_cast<std::uint8_t>(in.gate.opening));
+  out->gate_inner_half_m(in.gate.inner_half_m);
+  out->gate_outer_half_m(in.gate.outer_half_m);
+  out->gate_thickness_m(in.gate.thickness_m);
+}
+
+void from_wire(const wire::Course& in, protocol::Course* out) {
+  out->waypoints.resize(in.waypoints().size());
+  for (std::size_t i = 0; i < in.waypoints().size(); ++i) {
+    get(in.waypoints()[i].p_W(), &out->waypoints[i].p_W);
+    get(in.waypoints()[i].direction_W(), &out->waypoints[i].direction_W);
+  }
+  out->laps = to_int(in.laps());
+  out->closed = in.closed();
+  out->gate.opening = static_cast<GateShape::Opening>(in.gate_opening());
+  out->gate.inner_half_m = in.gate_inner_half_m();
+  out->gate.outer_half_m = in.gate_outer_half_m();
+  out->gate.thickness_m = in.gate_thickness_m();
+}
+
+void to_wire(const protocol::PlannerHealth& in, wire::PlannerHealth* out) {
+  out->solve_time_s(in.solve_time_s);
+  out->effective_samples(in.effective_samples);
+  out->lowest_field_m(in.lowest_field_m);
+  out->latent_age_s(in.latent_age_s);
+  out->state_age_s(in.state_age_s);
+  out->target_waypoint(in.target_waypoint);
+  out->lap(in.lap);
+  out->course_done(in.course_done);
+  out->degraded(in.degraded);
+}
+
+void from_wire(const wire::PlannerHealth& in, protocol::PlannerHealth* out) {
+  out->solve_time_s = in.solve_time_s();
+  out->effective_samples = in.effective_samples();
+  out->lowest_field_m = in.lowest_field_m();
+  out->latent_age_s = in.latent_age_s();
+  out->state_age_s = in.state_age_s();
+  out->target_waypoint = in.target_waypoint();
+  out->lap = in.lap();
+  out->course_done = in.course_done();
+  out->degraded = in.degraded();
+}
+
+}  // namespace
+
+void to_wire(const protocol::SessionRequest& in, wire::SessionRequest* out) {
+  out->version(in.version);
+  out->vehicle() = in.vehicle;
+  out->request(in.request);
+  out->action(static_cast<std::uint8_t>(in.action));
+  out->timing(static_cast<std::uint8_t>(in.timing));
+  out->profile() = in.profile;
+  out->seed(in.seed);
+  out->speed_limit_m_s(in.speed_limit_m_s);
+  to_wire(in.quadrotor, &out->quadrotor());
+  to_wire(in.camera, &out->camera());
+  to_wire(in.course, &out->course());
+}
+
+Status from_wire(const wire::SessionRequest& in, protocol::SessionRequest* out) {
+  out->version = in.version();
+  out->vehicle = in.vehicle().c_str();
+  out->request = in.request();
+  out->action = static_cast<protocol::SessionRequest::Action>(in.action());
+  out->timing = static_cast<protocol::Timing>(in.timing());
+  out->profile = in.profile().c_str();
+  out->seed = in.seed();
+  out->speed_limit_m_s = in.speed_limit_m_s();
+  from_wire(in.quadrotor(), &out->quadrotor);
+  from_wire(in.camera(), &out->camera);
+  from_wire(in.course(), &out->course);
+  return protocol::validate(*out);
+}
+
+void to_wire(const protocol::SessionReply& in, wire::SessionReply* out) {
+  out->version(in.version);
+  out->vehicle() = in.vehicle;
+  out->request(in.request);
+  out->accepted(in.accepted);
+  out->reason() = in.reason;
+  out->server() = in.server;
+  out->session(in.session);
+  out->control_period_s(in.control_period_s);
+  out->plan_step_s(in.plan_step_s);
+  out->plan_steps(to_unsigned(in.plan_steps));
+  out->model_hash(in.model_hash);
+}
+
+Status from_wire(const wire::SessionReply& in, protocol::SessionReply* out) {
+  out->version = in.version();
+  out->vehicle = in.vehicle().c_str();
+  out->request = in.request();
+  out->accepted = in.accepted();
+  out->reason = in.reason().c_str();
+  out->server = in.server().c_str();
+  out->session = in.session();
+  out->control_period_s = in.control_period_s();
+  out->plan_step_s = in.plan_step_s();
+  out->plan_steps = to_int(in.plan_steps());
+  out->model_hash = in.model_hash();
+  return protocol::validate(*out);
+}
+
+void to_wire(const protocol::VehicleState& in, wire::VehicleState* out) {
+  out->vehicle() = in.vehicle;
+  out->session(in.session);
+  out->number(in.sequence);
+  out->stamp_ns(in.stamp.count());
+  put(in.state.p_WB, &out->p_WB());
+  put(in.state.v_WB, &out->v_WB());
+  put(Eigen::Vector4d(in.state.q_WB.coeffs()), &out->q_WB());
+  put(in.state.w_WB_B, &out->w_WB_B());
+  put(in.state.thrust_n, &out->thrust_n());
+  put(in.state.thrust_command_n, &out->thrust_command_n());
+  out->thrust_known(in.thrust_known);
+  out->round_trip_ns(in.round_trip.count());
+  out->depth_number(in.depth_sequence);
+  out->heard_waypoint(in.heard_waypoint);
+  out->heard_lap(in.heard_lap);
+}
+
+Status from_wire(const wire::VehicleState& in, protocol::VehicleState* out) {
+  out->vehicle = in.vehicle().c_str();
+  out->session = in.session();
+  out->sequence = in.number();
+  out->stamp = Stamp(in.stamp_ns());
+  get(in.p_WB(), &out->state.p_WB);
+  get(in.v_WB(), &out->state.v_WB);
+  Eigen::Vector4d q_WB;
+  get(in.q_WB(), &q_WB);
+  out->state.q_WB.coeffs() = q_WB;
+  get(in.w_WB_B(), &out->state.w_WB_B);
+  get(in.thrust_n(), &out->state.thrust_n);
+  get(in.thrust_command_n(), &out->state.thrust_command_n);
+  out->thrust_known = in.thrust_known();
+  out->round_trip = Stamp(in.round_trip_ns());
+  out->depth_sequence = in.depth_number();
+  out->heard_waypoint = in.heard_waypoint();
+  out->heard_lap = in.heard_lap();
+  Status verdict = protocol::validate(*out);
+  if (verdict.ok()) out->state.q_WB.normalize();
+  return verdict;
+}
+
+void header_to_wire(const protocol::DepthFrame& in, wire::DepthFrame* out) {
+  out->vehicle() = in.vehicle;
+  out->session(in.session);
+  out->number(in.sequence);
+  out->stamp_ns(in.stamp.count());
+  out->width_px(in.width_px);
+  out->height_px(in.height_px);
+  out->encoding(static_cast<std::uint8_t>(in.encoding));
+}
+
+Status from_wire(wire::DepthFrame* in, protocol::DepthFrame* out) {
+  out->vehicle = in->vehicle().c_str();
+  out->session = in->session();
+  out->sequence = in->number();
+  out->stamp = Stamp(in->stamp_ns());
+  out->width_px = in->width_px();
+  out->height_px = in->height_px();
+  out->encoding = static_cast<protocol::DepthEncoding>(in->encoding());
+  out->pixels.swap(in->pixels());
+  CameraModel any;  // of the frame's own size: here the frame is held against itself only
+  any.width_px = std::clamp(to_int(out->width_px), 16, 1280);
+  any.height_px = std::clamp(to_int(out->height_px), 16, 1280);
+  return protocol::validate(*out, any);
+}
+
+void to_wire(const protocol::ThrustRateCommand& in, wire::ThrustRateCommand* out) {
+  out->vehicle() = in.vehicle;
+  out->session(in.session);
+  out->number(in.sequence);
+  out->answers_number(in.answers_sequence);
+  out->answers_stamp_ns(in.answers_stamp.count());
+  out->plan_start_ns(in.plan_start.count());
+  out->plan_step_ns(in.plan_step.count());
+  out->validity_ns(in.validity.count());
+  const auto steps = static_cast<std::size_t>(std::clamp(in.steps, 0, protocol::kMaxPlanSteps));
+  out->plan().resize(steps);
+  for (std::size_t k = 0; k < steps; ++k) {
+    wire::PlanStep& step = out->plan()[k];
+    put(in.thrust_rate_n_s[k], &step.thrust_rate_n_s());
+    put(in.rotor_thrust_n[k], &step.rotor_thrust_n());
+    step.collective_thrust_n(static_cast<float>(in.collective_thrust_n[k]));
+    put(in.body_rates_rad_s[k], &step.body_rates_rad_s());
+  }
+  to_wire(in.health, &out->health());
+  out->isa().assign(in.isa.data(), strnlen(in.isa.data(), in.isa.size() - 1));
+}
+
+Status from_wire(const wire::ThrustRateCommand& in, protocol::ThrustRateCommand* out) {
+  out->vehicle = in.vehicle().c_str();
+  out->session = in.session();
+  out->sequence = in.number();
+  out->answers_sequence = in.answers_number();
+  out->answers_stamp = Stamp(in.answers_stamp_ns());
+  out->plan_start = Stamp(in.plan_start_ns());
+  out->plan_step = Stamp(in.plan_step_ns());
+  out->validity = Stamp(in.validity_ns());
+  out->steps = static_cast<int>(std::min<std::size_t>(in.plan().size(), 1'000'000));
+  const std::size_t kept = std::min<std::size_t>(in.plan().size(), protocol::kMaxPlanSteps);
+  for (std::size_t k = 0; k < kept; ++k) {
+    const wire::PlanStep& step = in.plan()[k];
+    get(step.thrust_rate_n_s(), &out->thrust_rate_n_s[k]);
+    get(step.rotor_thrust_n(), &out->rotor_thrust_n[k]);
+    out->collective_thrust_n[k] = step.collective_thrust_n();
+    get(step.body_rates_rad_s(), &out->body_rates_rad_s[k]);
+  }
+  from_wire(in.health(), &out->health);
+  out->isa.fill('\0');
+  std::memcpy(out->isa.data(), in.isa().c_str(), std::min(in.isa().size(), out->isa.size() - 1));
+  return protocol::validate(*out);
+}
+
+void to_wire(const protocol::Telemetry& in, wire::Telemetry* out) {
+  out->vehicle() = in.vehicle;
+  out->session(in.session);
+  out->server_stamp_ns(in.server_stamp.count());
+  to_wire(in.health, &out->health());
+  out->states_received(in.states_received);
+  out->states_rejected(in.states_rejected);
+  out->frames_received(in.frames_received);
+  out->frames_rejected(in.frames_rejected);
+  out->frames_invalid(in.frames_invalid);
+  out->commands_sent(in.commands_sent);
+  out->deadlines_missed(in.deadlines_missed);
+  out->encode_time_s(in.encode_time_s);
+  out->last_reason() = in.last_reason;
+  out->isa() = in.isa;
+}
+
+Status from_wire(const wire::Telemetry& in, protocol::Telemetry* out) {
+  out->vehicle = in.vehicle().c_str();
+  out->session = in.session();
+  out->server_stamp = Stamp(in.server_stamp_ns());
+  from_wire(in.health(), &out->health);
+  out->states_received = in.states_received();
+  out->states_rejected = in.states_rejected();
+  out->frames_received = in.frames_received();
+  out->frames_rejected = in.frames_rejected();
+  out->frames_invalid = in.frames_invalid();
+  out->commands_sent = in.commands_sent();
+  out->deadlines_missed = in.deadlines_missed();
+  out->encode_time_s = in.encode_time_s();
+  out->last_reason = in.last_reason().c_str();
+  out->isa = in.isa().c_str();
+  return protocol::validate(*out);
+}
+
+}  // namespace gatefield::dds

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/base/result.h"
+#include "common/dds/endpoint.h"
+
+/// Inside common/dds only.
+namespace gatefield::dds {
+
+using ParticipantId = eprosima::fastrtps::rtps::GuidPrefix_t;
+
+/// Another participant of the domain appeared, changed what it announces, or went (said goodbye or its lease ran out).
+struct PeerEvent {
+  ParticipantId peer;
+  bool gone = false;
+  std::string user_data;
+};
+
+/// One DDS participant with our transports and all topics. Readers and writers on it must be gone before it goes.
+/// Thread-safe: yes.
+class Participant final : private eprosima::fastdds::dds::DomainParticipantListener {
+ public:
+  /// `on_peer` runs on a thread of the middleware; it may be called before open() returns.
+  static Result<std::unique_ptr<Participant>> open(std::uint32_t domain, const std::string& name,
+                                                   const std::string& user_data, const TransportOptions& transport,
+                                                   std::function<void(const PeerEvent&)> on_peer);
+  ~Participant() override;
+
+  /// Announces something else from now on.
+  Status announce(const std::string& user_data);
+
+  ParticipantId id() const;
+  const TransportOptions& transport() const { return transport_; }
+  eprosima::fastdds::dds::DomainParticipant* raw() { return participant_; }
+
+  /// The topic with its type, created at first use. nullptr when the middleware refuses.
+  eprosima::fastdds::dds::Topic* topic(Topic topic, const eprosima::fastdds::dds::TypeSupport& type);
+
+ private:
+  Participant(const TransportOptions& transport, std::function<void(const PeerEvent&)> on_peer)
+      : transport_(transport), on_peer_(std::move(on_peer)) {}
+  void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
+                                eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
+
+  TransportOptions transport_;
+  std::function<void(const PeerEvent&)> on_peer_;
+  eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
+};
+
+}  // namespace gatefield::dds

@@ -1,0 +1,133 @@
+#include "common/dds/qos.h"
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+
+namespace gatefield::dds {
+
+using namespace eprosima::fastdds::dds;
+using eprosima::fastrtps::Duration_t;
+
+namespace {
+
+constexpr std::uint32_t kDatagram_bytes = 1400;  // header and payload of one packet stay below an Ethernet frame
+constexpr std::uint32_t kSocketBuffer_bytes = 4 << 20;
+constexpr std::uint32_t kSharedSegment_bytes = 8 << 20;  // a few of the largest depth images
+constexpr int kMaxVehicles = 256;                        // instances that a reader or writer keeps apart
+
+Duration_t milliseconds(int ms) { return {ms / 1000, static_cast<std::uint32_t>(ms % 1000) * 1'000'000u}; }
+
+int history_depth(Topic topic, const TransportOptions& transport) {
+  return topic == Topic::kDepthFrame ? std::clamp(transport.depth_history, 1, 64) : 1;
+}
+
+bool reliable(Topic topic) { return topic != Topic::kVehicleState && topic != Topic::kTelemetry; }
+bool transient_local(Topic topic) { return topic == Topic::kSessionRequest || topic == Topic::kSessionReply; }
+
+// A depth frame's type may hold 6.5 MB; its memory grows to the size in use instead.
+eprosima::fastrtps::rtps::MemoryManagementPolicy_t memory(Topic topic) {
+  return topic == Topic::kDepthFrame ? eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE
+                                     : eprosima::fastrtps::rtps::PREALLOCATED_MEMORY_MODE;
+}
+
+ResourceLimitsQosPolicy limits(int depth) {
+  ResourceLimitsQosPolicy policy;
+  policy.max_samples_per_instance = depth;
+  policy.max_instances = kMaxVehicles;
+  policy.max_samples = kMaxVehicles * depth;
+  policy.allocated_samples = 2 * depth;
+  policy.extra_samples = 4;
+  return policy;
+}
+
+// What writers and readers of a topic have in common; both QoS classes name it alike.
+template <typename Qos>
+void fill_common(Topic topic, int depth, Qos* qos) {
+  qos->reliability().kind = reliable(topic) ? RELIABLE_RELIABILITY_QOS : BEST_EFFORT_RELIABILITY_QOS;
+  qos->durability().kind = transient_local(topic) ? TRANSIENT_LOCAL_DURABILITY_QOS : VOLATILE_DURABILITY_QOS;
+  qos->history().kind = KEEP_LAST_HISTORY_QOS;
+  qos->history().depth = depth;
+  qos->resource_limits() = limits(depth);
+  qos->endpoint().history_memory_policy = memory(topic);
+  qos->data_sharing().off();  // refuses keyed types
+  if (topic == Topic::kCommand) {
+    qos->ownership().kind = EXCLUSIVE_OWNERSHIP_QOS;
+    qos->deadline().period = milliseconds(50);
+    qos->liveliness().kind = MANUAL_BY_TOPIC_LIVELINESS_QOS;
+    qos->liveliness().lease_duration = milliseconds(100);
+  }
+}
+
+}  // namespace
+
+DomainParticipantQos participant_qos(const std::string& name, const std::string& user_data,
+                                     const TransportOptions& transport) {
+  DomainParticipantQos qos;
+  qos.name(name.c_str());
+  qos.user_data().setValue(std::vector<std::uint8_t>(user_data.begin(), user_data.end()));
+
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = milliseconds(3000);
+  discovery.leaseDuration_announcementperiod = milliseconds(500);
+
+  qos.transport().use_builtin_transports = false;
+  qos.transport().send_socket_buffer_size = kSocketBuffer_bytes;
+  qos.transport().listen_socket_buffer_size = kSocketBuffer_bytes;
+  if (transport.shared_memory) {
+    auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+    shared->segment_size(kSharedSegment_bytes);
+    qos.transport().user_transports.push_back(shared);
+  }
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->maxMessageSize = kDatagram_bytes;
+  udp->sendBufferSize = kSocketBuffer_bytes;
+  udp->receiveBufferSize = kSocketBuffer_bytes;
+  qos.transport().user_transports.push_back(udp);
+  return qos;
+}
+
+DataWriterQos writer_qos(Topic topic, const TransportOptions& transport) {
+  DataWriterQos qos;
+  fill_common(topic, history_depth(topic, transport), &qos);
+  qos.publish_mode().kind = topic == Topic::kDepthFrame ? ASYNCHRONOUS_PUBLISH_MODE : SYNCHRONOUS_PUBLISH_MODE;
+  qos.reliability().max_blocking_time = milliseconds(topic == Topic::kDepthFrame ? 5 : 100);
+  qos.writer_data_lifecycle().autodispose_unregistered_instances = true;
+  if (topic == Topic::kVehicleState) {
+    // Offered for those who want to watch; our server judges a silent vehicle by its own clock.
+    qos.liveliness().kind = MANUAL_BY_TOPIC_LIVELINESS_QOS;
+    qos.liveliness().lease_duration = milliseconds(200);
+  }
+  if (reliable(topic)) {
+    auto& times = qos.reliable_writer_qos().times;
+    times.heartbeatPeriod = milliseconds(transient_local(topic) ? 100 : 10);
+    times.nackResponseDelay = milliseconds(0);
+  }
+  return qos;
+}
+
+DataReaderQos reader_qos(Topic topic, const TransportOptions& transport) {
+  DataReaderQos qos;
+  // Two clients of one name are two writers of one instance: what each said must stay readable.
+  const int depth = topic == Topic::kSessionRequest ? 4 : history_depth(topic, transport);
+  fill_common(topic, depth, &qos);
+  if (reliable(topic)) qos.reliable_reader_qos().times.heartbeatResponseDelay = milliseconds(0);
+  return qos;
+}
+
+std::string command_partition(const std::string& vehicle) { return "gatefield/" + vehicle; }
+
+void prepare_process() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    eprosima::fastrtps::LibrarySettingsAttributes settings;
+    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+  });
+}
+
+}  // namespace gatefield::dds
