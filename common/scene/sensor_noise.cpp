@@ -4,8 +4,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <string>
+
+#include "common/base/multiversion.h"
 
 namespace gatefield::scene {
 namespace {
@@ -42,23 +43,69 @@ const std::array<float, kNormals>& normal_table() {
 /// Buffers that keep their size between calls, one set per thread.
 struct Scratch {
   std::vector<std::uint32_t> bits;
+  std::vector<float> normals;
   std::vector<float> disturbed_m;
+  std::vector<float> second_px;
+  std::vector<std::uint8_t> edge;
 };
 
-/// bits[plane * count + i]: four independent planes of 32 random bits per four pixels, laid out so that the loop
-/// vectorises.
-void fill_bits(const std::array<std::uint32_t, 2>& key, std::span<std::uint32_t> bits) {
-  const std::size_t blocks = bits.size() / 4;
-  std::uint32_t* const plane0 = bits.data();
-  std::uint32_t* const plane1 = plane0 + blocks;
-  std::uint32_t* const plane2 = plane1 + blocks;
-  std::uint32_t* const plane3 = plane2 + blocks;
+/// Four planes of random bits, one from each word of the generator's blocks, so that the loop vectorises.
+GATEFIELD_MULTIVERSION void fill_bits(std::uint32_t key0, std::uint32_t key1, std::size_t blocks, std::uint32_t* plane0,
+                                      std::uint32_t* plane1, std::uint32_t* plane2, std::uint32_t* plane3) {
   for (std::size_t i = 0; i < blocks; ++i) {
-    const auto block = philox({static_cast<std::uint32_t>(i), 0, 0, 0}, key);
+    const auto block = philox({static_cast<std::uint32_t>(i), 0, 0, 0}, {key0, key1});
     plane0[i] = block[0];
     plane1[i] = block[1];
     plane2[i] = block[2];
     plane3[i] = block[3];
+  }
+}
+
+/// disturbed = D / quantised(D / z + sigma n), 0 when there was nothing or when it leaves the range. D = fx b.
+GATEFIELD_MULTIVERSION void disturb(const float* z_m, const float* normals, std::size_t pixels, float disparity_m_px,
+                                    float sigma_px, float step_px, float min_m, float max_m, float* disturbed_m) {
+  const float per_step = 1.0f / step_px;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const float disparity_px = disparity_m_px / std::max(z_m[i], 1e-3f) + sigma_px * normals[i];
+    // Rounded half up through an integer; disparities that are negative or do not fit are out of range anyway.
+    const float steps = std::min(std::max(disparity_px * per_step + 0.5f, 0.0f), 2e9f);
+    const float quantised_px = static_cast<float>(static_cast<std::int32_t>(steps)) * step_px;
+    const float measured_m = disparity_m_px / std::max(quantised_px, 1e-6f);
+    const bool good = (z_m[i] > 0.0f) & (measured_m >= min_m) & (measured_m <= max_m);
+    disturbed_m[i] = good ? measured_m : 0.0f;
+  }
+}
+
+inline bool differs(float z_m, float other_m) noexcept { return std::abs(other_m - z_m) > 0.1f + 0.03f * z_m; }
+
+/// edge[u] = 1 where the true depth of a neighbour in the row or in the rows above and below differs;
+/// second_px[u] = where the second imager sees the pixel's point.
+GATEFIELD_MULTIVERSION void examine_row(const float* row_m, const float* above_m, const float* below_m, int width,
+                                        float disparity_m_px, std::uint8_t* edge, float* second_px) {
+  for (int u = 0; u < width; ++u) {
+    edge[u] = static_cast<std::uint8_t>(differs(row_m[u], above_m[u]) | differs(row_m[u], below_m[u]));
+    second_px[u] = static_cast<float>(u) - disparity_m_px / std::max(row_m[u], 1e-3f);
+  }
+  for (int u = 1; u < width; ++u) edge[u] = static_cast<std::uint8_t>(edge[u] | differs(row_m[u], row_m[u - 1]));
+  for (int u = 0; u + 1 < width; ++u) edge[u] = static_cast<std::uint8_t>(edge[u] | differs(row_m[u], row_m[u + 1]));
+}
+
+/// Loss and wrong matches from one uniform number of 20 bits: what survives is [0, keep), of which [0, keep speckle) is
+/// wrong.
+GATEFIELD_MULTIVERSION void lose(const float* cosine, const float* reflectance, const std::uint32_t* bits_a,
+                                 const std::uint32_t* bits_b, std::size_t pixels, float incidence, float black,
+                                 float speckle, float min_m, float max_m, float* depth_m) {
+  constexpr float kToUnit = 1.0f / 1048576.0f;  // 2^-20
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const float slant = 1.0f - cosine[i];
+    const float darkness = 1.0f - reflectance[i];
+    const float keep_incidence = std::max(1.0f - incidence * slant * slant * slant, 0.0f);
+    const float keep_black = std::max(1.0f - black * darkness * darkness * darkness, 0.0f);
+    const float keep = keep_incidence * keep_black;
+    const float draw = static_cast<float>(static_cast<std::int32_t>(bits_a[i] >> 12)) * kToUnit;
+    const float where = static_cast<float>(static_cast<std::int32_t>(bits_b[i] & 0xFFFFFu)) * kToUnit;
+    const float value = draw < keep * speckle ? min_m + (max_m - min_m) * where : depth_m[i];
+    depth_m[i] = (draw < keep) & (depth_m[i] > 0.0f) ? value : 0.0f;
   }
 }
 
@@ -143,13 +190,16 @@ void apply_noise(const SensorNoise& noise, const CameraModel& camera, const Dept
   }
 
   static thread_local Scratch scratch;
-  const std::size_t blocks = (2 * pixels + 3) / 4;
+  const std::size_t blocks = (pixels + 1) / 2;
   scratch.bits.resize(4 * blocks);
+  scratch.normals.resize(pixels);
   scratch.disturbed_m.resize(pixels);
-  fill_bits(key, scratch.bits);
-  const std::uint32_t* const bits_a = scratch.bits.data();  // 12 bits: disparity noise; 20 bits: loss and speckle
-  const std::uint32_t* const bits_b =
-      scratch.bits.data() + 2 * blocks;  // 12 bits bleed, 2 which neighbour, 6 mixture, 12 shadow
+  scratch.second_px.resize(static_cast<std::size_t>(width));
+  scratch.edge.resize(static_cast<std::size_t>(width));
+  std::uint32_t* const bits_a = scratch.bits.data();  // 12 bits: disparity noise; 20 bits: loss and speckle
+  std::uint32_t* const bits_b =
+      bits_a + 2 * blocks;  // 12 bits bleed, 2 which neighbour, 6 mixture, 12 shadow; 20: wrong depth
+  fill_bits(key[0], key[1], blocks, bits_a, bits_a + blocks, bits_b, bits_b + blocks);
 
   const auto min_m = static_cast<float>(camera.min_depth_m);
   const auto max_m = static_cast<float>(camera.max_depth_m);
@@ -158,99 +208,65 @@ void apply_noise(const SensorNoise& noise, const CameraModel& camera, const Dept
   float* const disturbed_m = scratch.disturbed_m.data();
   float* const out_m = noisy->depth_m.data();
 
-  // 1. Disparity noise and quantisation, sigma_z = z^2 / (fx b) sigma_d. A depth pushed out of the range is lost.
-  {
-    const auto sigma_px = static_cast<float>(noise.disparity_noise_px * width / 160.0) * scale;
-    const float step_px = std::max(static_cast<float>(noise.disparity_step_px) * scale, 1e-6f);
-    const float per_step = 1.0f / step_px;
-    const float* const normals = normal_table().data();
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const float z = z_m[i];
-      const float disparity_px = disparity_m_px / std::max(z, 1e-3f) + sigma_px * normals[bits_a[i] & (kNormals - 1)];
-      // Round half up through an integer: positive disparities below 2^31 steps, others are lost anyway.
-      const float steps = std::clamp(disparity_px * per_step + 0.5f, 0.0f, 2e9f);
-      const float quantised_px = static_cast<float>(static_cast<std::int32_t>(steps)) * step_px;
-      const float measured_m = disparity_m_px / std::max(quantised_px, 1e-6f);
-      const bool good = z > 0.0f && measured_m >= min_m && measured_m <= max_m;
-      disturbed_m[i] = good ? measured_m : 0.0f;
-    }
-  }
+  // 1. Disparity noise and quantisation: sigma_z = z^2 / (fx b) sigma_d.
+  const float* const table = normal_table().data();
+  for (std::size_t i = 0; i < pixels; ++i) scratch.normals[i] = table[bits_a[i] & (kNormals - 1)];
+  disturb(z_m, scratch.normals.data(), pixels, disparity_m_px,
+          static_cast<float>(noise.disparity_noise_px * width / 160.0) * scale,
+          std::max(static_cast<float>(noise.disparity_step_px) * scale, 1e-6f), min_m, max_m, disturbed_m);
 
-  // 2. Edges and shadows. A pixel is at an edge when a neighbour's true depth differs by more than 0.1 m + 3 %, or has
-  // none.
-  //    It is in shadow when the second imager, baseline_m to the right, sees something nearer on the same line of
-  //    sight: scanning from right to left, its position u - disparity there is not left of all those before it.
-  {
-    const std::uint32_t bleed = threshold(noise.bleed_probability * noise.scale, 4096.0);
-    const std::uint32_t shadow = threshold(noise.shadow_probability * noise.scale, 4096.0);
-    const auto differs = [](float z, float other) { return std::abs(other - z) > 0.1f + 0.03f * z; };
-    for (int v = 0; v < height; ++v) {
-      const std::size_t row = static_cast<std::size_t>(v) * width;
-      const std::size_t up = v > 0 ? row - width : row;
-      const std::size_t down = v + 1 < height ? row + width : row;
-      float leftmost_px = 1e9f;
-      for (int u = width - 1; u >= 0; --u) {
-        const std::size_t i = row + u;
-        const float z = z_m[i];
-        if (z <= 0.0f) {
-          out_m[i] = 0.0f;
-          continue;
-        }
-        float result_m = disturbed_m[i];
-        const std::size_t neighbours[4] = {u > 0 ? i - 1 : i, u + 1 < width ? i + 1 : i, up + u, down + u};
-        const bool edge = differs(z, z_m[neighbours[0]]) || differs(z, z_m[neighbours[1]]) ||
-                          differs(z, z_m[neighbours[2]]) || differs(z, z_m[neighbours[3]]);
-        const std::uint32_t draw = bits_b[i];
-        if (edge && (draw & 4095u) < bleed) {
-          // Start at a random neighbour and take the first one across the edge; half of the time wholly, else in part.
-          std::uint32_t pick = (draw >> 12) & 3u;
-          while (!differs(z, z_m[neighbours[pick]])) pick = (pick + 1) & 3u;
-          const float other_m = disturbed_m[neighbours[pick]];
-          const std::uint32_t mixture = (draw >> 14) & 63u;
-          if (result_m <= 0.0f || other_m <= 0.0f || mixture >= 32) {
-            result_m = other_m;
-          } else {
-            result_m += (other_m - result_m) * (static_cast<float>(mixture) + 0.5f) / 32.0f;
-          }
-        }
-        const float second_px = static_cast<float>(u) - disparity_m_px / z;
-        if (second_px >= leftmost_px) {
-          if ((draw >> 20) < shadow) result_m = 0.0f;
-        } else {
-          leftmost_px = second_px;
-        }
-        out_m[i] = result_m;
+  // 2. Edges and shadows. A pixel is in shadow when the second imager, baseline_m to the right, sees something nearer
+  // on the
+  //    same line of sight: scanning from right to left, its position there is not left of all those before it.
+  const std::uint32_t bleed = threshold(noise.bleed_probability * noise.scale, 4096.0);
+  const std::uint32_t shadow = threshold(noise.shadow_probability * noise.scale, 4096.0);
+  for (int v = 0; v < height; ++v) {
+    const std::size_t row = static_cast<std::size_t>(v) * width;
+    const std::size_t above = v > 0 ? row - width : row;
+    const std::size_t below = v + 1 < height ? row + width : row;
+    examine_row(z_m + row, z_m + above, z_m + below, width, disparity_m_px, scratch.edge.data(),
+                scratch.second_px.data());
+    float leftmost_px = 1e9f;
+    for (int u = width - 1; u >= 0; --u) {
+      const std::size_t i = row + u;
+      if (z_m[i] <= 0.0f) {
+        out_m[i] = 0.0f;
+        continue;
       }
+      float result_m = disturbed_m[i];
+      const std::uint32_t draw = bits_b[i];
+      if (scratch.edge[static_cast<std::size_t>(u)] != 0 && (draw & 4095u) < bleed) {
+        // Start at a random neighbour and take the first one across the edge; half of the time wholly, else in part.
+        const std::size_t neighbours[4] = {u > 0 ? i - 1 : i, u + 1 < width ? i + 1 : i, above + u, below + u};
+        std::uint32_t pick = (draw >> 12) & 3u;
+        while (!differs(z_m[i], z_m[neighbours[pick]])) pick = (pick + 1) & 3u;
+        const float other_m = disturbed_m[neighbours[pick]];
+        const std::uint32_t mixture = (draw >> 14) & 63u;
+        if (result_m <= 0.0f || other_m <= 0.0f || mixture >= 32) {
+          result_m = other_m;
+        } else {
+          result_m += (other_m - result_m) * (static_cast<float>(mixture) + 0.5f) / 32.0f;
+        }
+      }
+      const float second_px = scratch.second_px[static_cast<std::size_t>(u)];
+      if (second_px >= leftmost_px) {
+        if ((draw >> 20) < shadow) result_m = 0.0f;
+      } else {
+        leftmost_px = second_px;
+      }
+      out_m[i] = result_m;
     }
   }
 
   // 3. Holes, from a stream of their own: their number varies.
-  {
-    Random holes((std::uint64_t{key[1]} << 32) | key[0], 1);
-    const int count = noise.hole_radius_px > 0.0 ? poisson(noise.hole_rate_per_image * noise.scale, &holes) : 0;
-    for (int hole = 0; hole < count; ++hole) punch_hole(noise.hole_radius_px, width, height, &holes, out_m);
-  }
+  Random holes((std::uint64_t{key[1]} << 32) | key[0], 1);
+  const int count = noise.hole_radius_px > 0.0 ? poisson(noise.hole_rate_per_image * noise.scale, &holes) : 0;
+  for (int hole = 0; hole < count; ++hole) punch_hole(noise.hole_radius_px, width, height, &holes, out_m);
 
-  // 4. Loss by incidence and reflectance, and wrong matches, from one uniform number: [0, lost) is lost, [lost, lost +
-  // speckle)
-  //    of what remains is a wrong match.
-  {
-    const float incidence = static_cast<float>(noise.incidence_loss) * scale;
-    const float black = static_cast<float>(noise.reflectance_loss) * scale;
-    const float speckle = std::min(static_cast<float>(noise.speckle_probability) * scale, 1.0f);
-    const float* const cosine = surface.cos_incidence.data();
-    const float* const reflectance = surface.reflectance.data();
-    constexpr float kRange = 1048576.0f;  // 2^20
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const float keep_incidence = std::max(1.0f - incidence * (1.0f - cosine[i]), 0.0f);
-      const float keep_black = std::max(1.0f - black * (1.0f - reflectance[i]), 0.0f);
-      const float keep = keep_incidence * keep_black;
-      const float draw = static_cast<float>(bits_a[i] >> 12) / kRange;
-      const float wrong_m = min_m + (max_m - min_m) * static_cast<float>(bits_b[i] & 0xFFFFFu) / kRange;
-      const float value = draw < keep * speckle ? wrong_m : out_m[i];
-      out_m[i] = draw < keep && out_m[i] > 0.0f ? value : 0.0f;
-    }
-  }
+  // 4. Loss by incidence and reflectance, and wrong matches.
+  lose(surface.cos_incidence.data(), surface.reflectance.data(), bits_a, bits_b, pixels,
+       static_cast<float>(noise.incidence_loss) * scale, static_cast<float>(noise.reflectance_loss) * scale,
+       std::min(static_cast<float>(noise.speckle_probability) * scale, 1.0f), min_m, max_m, out_m);
 }
 
 }  // namespace gatefield::scene

@@ -8,17 +8,19 @@ namespace gatefield::scene {
 
 /// Noise of an active stereo depth camera (D435-like), in the order in which it is applied.
 struct SensorNoise {
-  double baseline_m = 0.05;                 ///< stereo baseline: sets shadows and the disparity scale
-  double disparity_noise_px = 0.10;         ///< sigma of the disparity per pixel, at 160 px image width
-  double disparity_step_px = 0.03125;       ///< quantisation of the disparity
-  double bleed_probability = 0.35;          ///< at a depth edge, the pixel takes a neighbour's depth or a mixture
-  double shadow_probability = 0.8;          ///< pixel occluded for the second imager becomes invalid
-  double hole_rate_per_image = 3.0;         ///< mean number of elliptic holes
-  double hole_radius_px = 4.0;              ///< mean radius
-  double speckle_probability = 0.003;       ///< wrong match: a random depth
-  double incidence_loss = 0.6;              ///< probability of loss at grazing incidence (scales with 1 - cos)
-  double reflectance_loss = 0.5;            ///< probability of loss on black surfaces (scales with 1 - reflectance)
-  double scale = 1.0;                       ///< 0 = ideal camera, 1 = as above, 2 = twice the noise and loss
+  double baseline_m = 0.05;            ///< stereo baseline: sets shadows and the disparity scale
+  double disparity_noise_px = 0.10;    ///< sigma of the disparity per pixel, at 160 px image width
+  double disparity_step_px = 0.03125;  ///< quantisation of the disparity
+  double bleed_probability = 0.35;     ///< at a depth edge, the pixel takes a neighbour's depth or a mixture
+  double shadow_probability = 0.8;     ///< pixel occluded for the second imager becomes invalid
+  double hole_rate_per_image = 3.0;    ///< mean number of elliptic holes
+  double hole_radius_px = 4.0;         ///< mean radius
+  double speckle_probability = 0.003;  ///< wrong match: a random depth
+  double incidence_loss =
+      0.6;  ///< probability of loss at grazing incidence; scales with (1 - cos)^3: little before 60 deg
+  double reflectance_loss =
+      0.5;             ///< probability of loss on black surfaces; scales with (1 - reflectance)^3: little above a third
+  double scale = 1.0;  ///< 0 = ideal camera, 1 = as above, 2 = twice the noise and loss
 };
 
 Status validate(const SensorNoise& noise);
@@ -27,7 +29,7 @@ Status validate(const SensorNoise& noise);
 /// @param clean    z-depth in metres, 0 = none
 /// @param surface  as rendered with `clean`
 /// Thread-safe: yes.   Real-time safe: no (allocates when *noisy has another size).
-void apply_noise(const SensorNoise& noise, const CameraModel& camera, const DepthImage& clean, const SurfaceImage& surface,
-                 Random* random, DepthImage* noisy);
+void apply_noise(const SensorNoise& noise, const CameraModel& camera, const DepthImage& clean,
+                 const SurfaceImage& surface, Random* random, DepthImage* noisy);
 
 }  // namespace gatefield::scene

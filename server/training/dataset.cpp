@@ -17,6 +17,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "common/base/multiversion.h"
 #include "common/scene/world.h"
 
 namespace gatefield::training {
@@ -583,8 +584,23 @@ void frame_mask(const SampleView& sample, const GateLabel& gate, std::span<std::
   }
 }
 
+namespace {
+
+GATEFIELD_MULTIVERSION void to_metres(const std::uint16_t* depth_mm, float* depth_m) {
+  for (std::size_t i = 0; i < kImageSize_px; ++i) depth_m[i] = 0.001f * static_cast<float>(depth_mm[i]);
+}
+
+GATEFIELD_MULTIVERSION void unpack_surface(const std::uint8_t* surface, float* cosine, float* reflectance) {
+  for (std::size_t i = 0; i < kImageSize_px; ++i) {
+    cosine[i] = static_cast<float>(surface[i] >> 4) * (1.0f / 15.0f);
+    reflectance[i] = static_cast<float>(surface[i] & 15) * (1.0f / 15.0f);
+  }
+}
+
+}  // namespace
+
 void draw_clean(const SampleView& sample, std::span<float> clean_m) {
-  for (std::size_t i = 0; i < kImageSize_px; ++i) clean_m[i] = 0.001f * static_cast<float>(sample.clean_mm[i]);
+  to_metres(sample.clean_mm.data(), clean_m.data());
 }
 
 void draw_noisy(const SampleView& sample, const scene::SensorNoise& noise, Random* random, std::span<float> noisy_m) {
@@ -597,10 +613,7 @@ void draw_noisy(const SampleView& sample, const scene::SensorNoise& noise, Rando
   surface.cos_incidence.resize(kImageSize_px);
   surface.reflectance.resize(kImageSize_px);
   draw_clean(sample, clean.depth_m);
-  for (std::size_t i = 0; i < kImageSize_px; ++i) {
-    surface.cos_incidence[i] = static_cast<float>(sample.surface[i] >> 4) / 15.0f;
-    surface.reflectance[i] = static_cast<float>(sample.surface[i] & 15) / 15.0f;
-  }
+  unpack_surface(sample.surface.data(), surface.cos_incidence.data(), surface.reflectance.data());
   scene::apply_noise(noise, dataset_camera(), clean, surface, random, &noisy);
   std::copy_n(noisy.depth_m.begin(), kImageSize_px, noisy_m.begin());
 }
