@@ -6,13 +6,14 @@
 
 namespace gatefield {
 
-/// Newest-value mailbox for one writer and one reader (a triple buffer): the writer never waits, the reader never waits,
-/// and only the newest value is seen; older ones are overwritten.
+/// Newest-value mailbox for one writer and one reader (a triple buffer): the writer never waits, the reader never
+/// waits, and only the newest value is seen; older ones are overwritten.
 ///
-/// Why there is no race: the three slots are owned by exactly one of {writer, middle, reader} at any time. `middle_` holds the
-/// index of the slot in between and one bit that says whether it is fresh. The writer fills its own slot and swaps it with the
-/// middle (release: the contents are visible to whoever acquires the index); the reader swaps its own slot with the middle
-/// (acquire) only when the bit says fresh. Each exchange is atomic, so no slot is ever owned twice.
+/// Why there is no race: the three slots are owned by exactly one of {writer, middle, reader} at any time. `middle_`
+/// holds the index of the slot in between and one bit that says whether it is fresh. The writer fills its own slot and
+/// swaps it with the middle (release: the contents are visible to whoever acquires the index); the reader swaps its own
+/// slot with the middle (acquire) only when the bit says fresh. Each exchange is atomic, so no slot is ever owned
+/// twice.
 ///
 /// Thread-safe: one thread in write()/slot()/publish(), one thread in read().   Real-time safe: yes, when copying T is.
 template <typename T>

@@ -7,9 +7,10 @@
 namespace gatefield {
 
 /// Philox4x32-10, the counter-based generator of Salmon et al., "Parallel random numbers: as easy as 1, 2, 3",
-/// SC'11, doi:10.1145/2063384.2063405. The same key and counter give the same numbers on every machine and in any order.
-/// Thread-safe: yes (pure).   Real-time safe: yes.
-constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) noexcept {
+/// SC'11, doi:10.1145/2063384.2063405. The same key and counter give the same numbers on every machine and in any
+/// order. Thread-safe: yes (pure).   Real-time safe: yes.
+constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
+                                              std::array<std::uint32_t, 2> key) noexcept {
   for (int round = 0; round < 10; ++round) {
     const std::uint64_t product0 = std::uint64_t{0xD2511F53u} * counter[0];
     const std::uint64_t product1 = std::uint64_t{0xCD9E8D57u} * counter[2];
@@ -21,8 +22,8 @@ constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> count
   return counter;
 }
 
-/// A stream of random numbers on top of philox: (seed, stream) name it, so that every user has its own and none depends on
-/// how much another one drew. Thread-safe: no (one per user).   Real-time safe: yes.
+/// A stream of random numbers on top of philox: (seed, stream) name it, so that every user has its own and none depends
+/// on how much another one drew. Thread-safe: no (one per user).   Real-time safe: yes.
 class Random {
  public:
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0) noexcept

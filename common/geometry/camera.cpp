@@ -15,8 +15,8 @@ bool CameraModel::sees(const Eigen::Vector3d& p_C, double margin_px) const noexc
 
 Eigen::Isometry3d forward_camera_mount(double pitch_up_rad, const Eigen::Vector3d& p_BC) {
   Eigen::Matrix3d R_BC0;  // optical axes in the body frame for a camera that looks straight ahead
-  R_BC0 << 0, 0, 1,  //
-      -1, 0, 0,      //
+  R_BC0 << 0, 0, 1,       //
+      -1, 0, 0,           //
       0, -1, 0;
   Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();
   X_BC.linear() = Eigen::AngleAxisd(-pitch_up_rad, Eigen::Vector3d::UnitY()).toRotationMatrix() * R_BC0;
@@ -48,8 +48,10 @@ Status validate(const CameraModel& camera) {
   };
   if (camera.width_px < 16 || camera.width_px > 1280) return wrong("width_px", camera.width_px, "16 to 1280");
   if (camera.height_px < 16 || camera.height_px > 1280) return wrong("height_px", camera.height_px, "16 to 1280");
-  if (!(camera.fx_px > 0 && camera.fx_px < 1e5)) return wrong("fx_px", camera.fx_px, "a positive focal length in pixels");
-  if (!(camera.fy_px > 0 && camera.fy_px < 1e5)) return wrong("fy_px", camera.fy_px, "a positive focal length in pixels");
+  if (!(camera.fx_px > 0 && camera.fx_px < 1e5))
+    return wrong("fx_px", camera.fx_px, "a positive focal length in pixels");
+  if (!(camera.fy_px > 0 && camera.fy_px < 1e5))
+    return wrong("fy_px", camera.fy_px, "a positive focal length in pixels");
   if (!(std::abs(camera.cx_px) < 1e5)) return wrong("cx_px", camera.cx_px, "a finite principal point in pixels");
   if (!(std::abs(camera.cy_px) < 1e5)) return wrong("cy_px", camera.cy_px, "a finite principal point in pixels");
   if (!(camera.min_depth_m > 0)) return wrong("min_depth_m", camera.min_depth_m, "more than 0 m");
@@ -60,7 +62,8 @@ Status validate(const CameraModel& camera) {
   if (!R.allFinite() || !(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0)
     return Error{"camera.X_BC is not a rigid transform, expected a unit quaternion for the mounting"};
   if (!camera.X_BC.translation().allFinite() || camera.X_BC.translation().norm() > 2.0)
-    return wrong("X_BC.translation", camera.X_BC.translation().norm(), "a finite mounting point at most 2 m from the body");
+    return wrong("X_BC.translation", camera.X_BC.translation().norm(),
+                 "a finite mounting point at most 2 m from the body");
   return {};
 }
 

@@ -11,12 +11,13 @@ namespace gatefield {
 struct GateShape {
   enum class Opening { kSquare, kRound };
   Opening opening = Opening::kSquare;
-  double inner_half_m = 0.5;    ///< half-width c of the opening (radius when round)
-  double outer_half_m = 0.75;   ///< half-width of the frame's outer edge
-  double thickness_m = 0.06;    ///< extent of the frame along x
+  double inner_half_m = 0.5;   ///< half-width c of the opening (radius when round)
+  double outer_half_m = 0.75;  ///< half-width of the frame's outer edge
+  double thickness_m = 0.06;   ///< extent of the frame along x
 };
 
-/// The cone angle alpha of the hourglass. The paper leaves its value open; 20 deg is what the models here are trained with.
+/// The cone angle alpha of the hourglass. The paper leaves its value open; 20 deg is what the models here are trained
+/// with.
 inline constexpr double kGuideConeAngle_rad = 0.3490658503988659;
 
 /// Transverse distance r(p) from the gate's axis: l-infinity for square openings, l2 for round ones (paper, Eq. 1).

@@ -19,7 +19,7 @@ namespace gatefield::protocol {
 /// Version of the wire; a server refuses any other.
 inline constexpr std::uint32_t kVersion = 1;
 
-inline constexpr std::size_t kMaxNameLength = 63;      ///< vehicle names: [A-Za-z0-9_.-], 1 to 63 characters
+inline constexpr std::size_t kMaxNameLength = 63;  ///< vehicle names: [A-Za-z0-9_.-], 1 to 63 characters
 inline constexpr std::size_t kMaxReasonLength = 511;
 inline constexpr int kMaxWaypoints = 64;
 inline constexpr int kMaxPlanSteps = 64;
@@ -27,8 +27,9 @@ inline constexpr int kMaxLaps = 1000;
 
 /// A sparse waypoint of the course: about where a gate is.
 struct Waypoint {
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();          ///< nominal centre of the opening
-  Eigen::Vector3d direction_W = Eigen::Vector3d::Zero();  ///< rough passing direction, unit; zero = follows from the neighbours
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< nominal centre of the opening
+  Eigen::Vector3d direction_W =
+      Eigen::Vector3d::Zero();  ///< rough passing direction, unit; zero = follows from the neighbours
 };
 
 struct Course {
@@ -46,13 +47,14 @@ enum class Timing : std::uint8_t {
 struct SessionRequest {
   enum class Action : std::uint8_t { kJoin = 0, kLeave = 1 };
   std::uint32_t version = kVersion;
-  std::string vehicle;            ///< name; key of every topic of this vehicle
-  std::uint64_t request = 0;      ///< the client's number for this attempt, echoed in the reply; never 0; a new one for each start
+  std::string vehicle;  ///< name; key of every topic of this vehicle
+  std::uint64_t request =
+      0;  ///< the client's number for this attempt, echoed in the reply; never 0; a new one for each start
   Action action = Action::kJoin;
   Timing timing = Timing::kRealTime;
-  std::string profile = "race";   ///< planner profile's name
-  std::uint64_t seed = 1;         ///< of the planner's sampling
-  double speed_limit_m_s = 0.0;   ///< soft cap on speed; 0 = the profile's
+  std::string profile = "race";  ///< planner profile's name
+  std::uint64_t seed = 1;        ///< of the planner's sampling
+  double speed_limit_m_s = 0.0;  ///< soft cap on speed; 0 = the profile's
   QuadrotorModel quadrotor;
   CameraModel camera;
   Course course;
@@ -61,11 +63,11 @@ struct SessionRequest {
 struct SessionReply {
   std::uint32_t version = kVersion;
   std::string vehicle;
-  std::uint64_t request = 0;   ///< which request this answers
+  std::uint64_t request = 0;  ///< which request this answers
   bool accepted = false;
-  std::string reason;          ///< when refused: the field, its value and what was expected; else empty
-  std::string server;          ///< the answering server's name
-  std::uint64_t session = 0;   ///< goes into every later sample; never 0 when accepted
+  std::string reason;         ///< when refused: the field, its value and what was expected; else empty
+  std::string server;         ///< the answering server's name
+  std::uint64_t session = 0;  ///< goes into every later sample; never 0 when accepted
   double control_period_s = 0.0;
   double plan_step_s = 0.0;
   int plan_steps = 0;
@@ -75,8 +77,8 @@ struct SessionReply {
 struct VehicleState {
   std::string vehicle;
   std::uint64_t session = 0;
-  std::uint64_t sequence = 0;        ///< from 1, rising
-  Stamp stamp{0};                    ///< when the state held
+  std::uint64_t sequence = 0;  ///< from 1, rising
+  Stamp stamp{0};              ///< when the state held
   QuadrotorState state;
   bool thrust_known = true;          ///< state.thrust_n is measured or estimated; else the server models it
   Stamp round_trip{0};               ///< newest state-to-command round trip that the client measured; 0 = none yet
@@ -107,15 +109,15 @@ struct DepthFrame {
 
 /// How the planner is doing; travels in every command.
 struct PlannerHealth {
-  double solve_time_s = 0.0;         ///< of the step that made this plan
-  double effective_samples = 0.0;    ///< 1 / sum w^2
-  double lowest_field_m = 0.0;       ///< lowest Gate-SDF value along the commanded plan
-  double latent_age_s = -1.0;        ///< age of the field in use; -1 = none yet
-  double state_age_s = 0.0;          ///< how far the state was predicted forward
-  std::uint32_t target_waypoint = 0; ///< index into the course
-  std::uint32_t lap = 0;             ///< from 0
+  double solve_time_s = 0.0;          ///< of the step that made this plan
+  double effective_samples = 0.0;     ///< 1 / sum w^2
+  double lowest_field_m = 0.0;        ///< lowest Gate-SDF value along the commanded plan
+  double latent_age_s = -1.0;         ///< age of the field in use; -1 = none yet
+  double state_age_s = 0.0;           ///< how far the state was predicted forward
+  std::uint32_t target_waypoint = 0;  ///< index into the course
+  std::uint32_t lap = 0;              ///< from 0
   bool course_done = false;
-  bool degraded = false;             ///< flying on prediction: input missing, late or rejected
+  bool degraded = false;  ///< flying on prediction: input missing, late or rejected
 };
 
 /// The plan: thrust rates at plan_step intervals from plan_start on, and what they imply at the end of each interval.
@@ -127,14 +129,14 @@ struct ThrustRateCommand {
   Stamp answers_stamp{0};              ///< that state's stamp, echoed
   Stamp plan_start{0};                 ///< client's clock: when thrust_rate_n_s[0] begins to hold
   Stamp plan_step{0};
-  Stamp validity{0};                   ///< after plan_start + validity the client falls back by itself
-  int steps = 0;                       ///< 1 to kMaxPlanSteps
-  std::array<Eigen::Vector4d, kMaxPlanSteps> thrust_rate_n_s;      ///< du per rotor
-  std::array<Eigen::Vector4d, kMaxPlanSteps> rotor_thrust_n;       ///< commanded thrust at the end of the interval
-  std::array<double, kMaxPlanSteps> collective_thrust_n;           ///< sum of the above
-  std::array<Eigen::Vector3d, kMaxPlanSteps> body_rates_rad_s;     ///< predicted w_WB_B at the end of the interval, FLU
+  Stamp validity{0};  ///< after plan_start + validity the client falls back by itself
+  int steps = 0;      ///< 1 to kMaxPlanSteps
+  std::array<Eigen::Vector4d, kMaxPlanSteps> thrust_rate_n_s;   ///< du per rotor
+  std::array<Eigen::Vector4d, kMaxPlanSteps> rotor_thrust_n;    ///< commanded thrust at the end of the interval
+  std::array<double, kMaxPlanSteps> collective_thrust_n;        ///< sum of the above
+  std::array<Eigen::Vector3d, kMaxPlanSteps> body_rates_rad_s;  ///< predicted w_WB_B at the end of the interval, FLU
   PlannerHealth health;
-  std::array<char, 16> isa{};                                      ///< instruction set of the kernels, zero-terminated
+  std::array<char, 16> isa{};  ///< instruction set of the kernels, zero-terminated
 };
 
 /// Once or a few times a second, for people and tools; nothing on the control path depends on it.
@@ -144,7 +146,8 @@ struct Telemetry {
   Stamp server_stamp{0};  ///< server's clock
   PlannerHealth health;
   std::uint64_t states_received = 0, states_rejected = 0;
-  std::uint64_t frames_received = 0, frames_rejected = 0, frames_invalid = 0;  ///< invalid: taken, but nothing to see in them
+  std::uint64_t frames_received = 0, frames_rejected = 0,
+                frames_invalid = 0;  ///< invalid: taken, but nothing to see in them
   std::uint64_t commands_sent = 0, deadlines_missed = 0;
   double encode_time_s = 0.0;
   std::string last_reason;  ///< why the newest sample was rejected; empty = none was

@@ -48,16 +48,19 @@ Status validate(const QuadrotorModel& model) {
   const auto wrong = [](const std::string& field, double value, const std::string& expected) {
     return Error{"vehicle." + field + " is " + std::to_string(value) + ", expected " + expected};
   };
-  if (!(model.mass_kg > 0 && model.mass_kg <= 100)) return wrong("mass_kg", model.mass_kg, "more than 0 and at most 100 kg");
+  if (!(model.mass_kg > 0 && model.mass_kg <= 100))
+    return wrong("mass_kg", model.mass_kg, "more than 0 and at most 100 kg");
   for (int i = 0; i < 3; ++i) {
     if (!(model.inertia_kg_m2[i] > 0 && model.inertia_kg_m2[i] <= 100))
-      return wrong("inertia_kg_m2[" + std::to_string(i) + "]", model.inertia_kg_m2[i], "more than 0 and at most 100 kg m^2");
+      return wrong("inertia_kg_m2[" + std::to_string(i) + "]", model.inertia_kg_m2[i],
+                   "more than 0 and at most 100 kg m^2");
     if (!(model.drag_kg_s[i] >= 0 && model.drag_kg_s[i] <= 100))
       return wrong("drag_kg_s[" + std::to_string(i) + "]", model.drag_kg_s[i], "0 to 100 kg/s");
   }
   for (int i = 0; i < kRotors; ++i) {
     const double arm_m = model.rotor_position_B_m[static_cast<std::size_t>(i)].norm();
-    if (!(arm_m >= 0.01 && arm_m <= 5)) return wrong("rotor_position_B_m[" + std::to_string(i) + "]", arm_m, "an arm of 0.01 to 5 m");
+    if (!(arm_m >= 0.01 && arm_m <= 5))
+      return wrong("rotor_position_B_m[" + std::to_string(i) + "]", arm_m, "an arm of 0.01 to 5 m");
     const int spin = model.rotor_spin[static_cast<std::size_t>(i)];
     if (spin != 1 && spin != -1) return wrong("rotor_spin[" + std::to_string(i) + "]", spin, "+1 or -1");
   }
@@ -69,9 +72,11 @@ Status validate(const QuadrotorModel& model) {
   const double weight_n = model.mass_kg * kGravity_m_s2;
   if (kRotors * model.thrust_max_n <= 1.1 * weight_n)
     return wrong("thrust_max_n", model.thrust_max_n,
-                 "more than " + std::to_string(1.1 * weight_n / kRotors) + " N per rotor, 1.1 times the weight in all, for a vehicle of " +
-                     std::to_string(model.mass_kg) + " kg to fly");
-  if (kRotors * model.thrust_min_n >= weight_n) return wrong("thrust_min_n", model.thrust_min_n, "less than a quarter of the weight");
+                 "more than " + std::to_string(1.1 * weight_n / kRotors) +
+                     " N per rotor, 1.1 times the weight in all, for a vehicle of " + std::to_string(model.mass_kg) +
+                     " kg to fly");
+  if (kRotors * model.thrust_min_n >= weight_n)
+    return wrong("thrust_min_n", model.thrust_min_n, "less than a quarter of the weight");
   if (!(model.thrust_rate_max_n_s > 0 && model.thrust_rate_max_n_s <= 1e5))
     return wrong("thrust_rate_max_n_s", model.thrust_rate_max_n_s, "more than 0 and at most 1e5 N/s");
   if (!(model.rotor_time_constant_s >= 0.001 && model.rotor_time_constant_s <= 1))
@@ -115,7 +120,8 @@ void step_rotors(const QuadrotorModel& model, const ThrustRates& u, double dt_s,
   }
 }
 
-QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u, double dt_s) noexcept {
+QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u,
+                              double dt_s) noexcept {
   QuadrotorState half = state;
   step_rotors(model, u, 0.5 * dt_s, &half);
   QuadrotorState full = state;
@@ -136,7 +142,8 @@ QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState&
   return next;
 }
 
-QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u, double dt_s) noexcept {
+QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u,
+                            double dt_s) noexcept {
   QuadrotorState next = state;
   step_rotors(model, u, dt_s, &next);
   const Eigen::Vector4d thrust_n = 0.5 * (state.thrust_n + next.thrust_n);

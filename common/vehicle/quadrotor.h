@@ -11,12 +11,14 @@ inline constexpr int kRotors = 4;
 inline constexpr double kGravity_m_s2 = 9.81;
 
 /// What a quadrotor is. SI units; frame B is FLU (x forward, y left, z up), rotors push along +z.
-/// Defaults: the 0.83 kg vehicle of the project's experiments, X layout, rotors front right, rear left, front left, rear right.
+/// Defaults: the 0.83 kg vehicle of the project's experiments, X layout, rotors front right, rear left, front left,
+/// rear right.
 struct QuadrotorModel {
   double mass_kg = 0.83;
   Eigen::Vector3d inertia_kg_m2{3.1e-3, 3.1e-3, 5.0e-3};  ///< principal moments
-  std::array<Eigen::Vector2d, kRotors> rotor_position_B_m{Eigen::Vector2d{0.0771, -0.0771}, Eigen::Vector2d{-0.0771, 0.0771},
-                                                          Eigen::Vector2d{0.0771, 0.0771}, Eigen::Vector2d{-0.0771, -0.0771}};
+  std::array<Eigen::Vector2d, kRotors> rotor_position_B_m{
+      Eigen::Vector2d{0.0771, -0.0771}, Eigen::Vector2d{-0.0771, 0.0771}, Eigen::Vector2d{0.0771, 0.0771},
+      Eigen::Vector2d{-0.0771, -0.0771}};
   std::array<int, kRotors> rotor_spin{1, 1, -1, -1};  ///< sign of the rotor's reaction torque about +z
   double torque_per_thrust_m = 0.016;
   double thrust_min_n = 0.0;  ///< per rotor
@@ -32,9 +34,9 @@ struct QuadrotorState {
   Eigen::Vector3d p_WB = Eigen::Vector3d::Zero();
   Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d w_WB_B = Eigen::Vector3d::Zero();                    ///< body rates, rad/s
-  Eigen::Vector4d thrust_n = Eigen::Vector4d::Zero();                  ///< what each rotor gives now
-  Eigen::Vector4d thrust_command_n = Eigen::Vector4d::Zero();          ///< what each rotor is asked for: the integral of u
+  Eigen::Vector3d w_WB_B = Eigen::Vector3d::Zero();            ///< body rates, rad/s
+  Eigen::Vector4d thrust_n = Eigen::Vector4d::Zero();          ///< what each rotor gives now
+  Eigen::Vector4d thrust_command_n = Eigen::Vector4d::Zero();  ///< what each rotor is asked for: the integral of u
 };
 
 using ThrustRates = Eigen::Vector4d;  ///< control input u = dT_command/dt per rotor, N/s
@@ -57,19 +59,22 @@ Wrench aerodynamic_wrench(const QuadrotorModel& model, const QuadrotorState& sta
                           const Eigen::Vector3d& wind_W = Eigen::Vector3d::Zero());
 
 /// Exact solution of the rotors over a step of constant u: the command is a ramp that stops at its limits, the thrust
-/// follows it with a first-order lag. (The lag is solved for the clamped ramp's average slope, exact unless a limit is hit.)
+/// follows it with a first-order lag. (The lag is solved for the clamped ramp's average slope, exact unless a limit is
+/// hit.)
 void step_rotors(const QuadrotorModel& model, const ThrustRates& u, double dt_s, QuadrotorState* state) noexcept;
 
-/// Reference dynamics: one step of length dt, classic RK4 on the rigid body with the rotors solved exactly at the stage times.
-/// Used as the truth that kernels are tested against. Double precision, readable, not fast.
-/// Thread-safe: yes.   Real-time safe: yes.
-QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u, double dt_s) noexcept;
+/// Reference dynamics: one step of length dt, classic RK4 on the rigid body with the rotors solved exactly at the stage
+/// times. Used as the truth that kernels are tested against. Double precision, readable, not fast. Thread-safe: yes.
+/// Real-time safe: yes.
+QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u,
+                              double dt_s) noexcept;
 
 /// The planner's discretisation, in double precision: the readable reference of server/kernels/rollout.
 /// Over dt: (1) rotors exactly (step_rotors); with the mean of old and new thrust: (2) body rates, explicit torque and
-/// gyroscopic term at the old rates; (3) attitude by the exponential map of the mean body rate; (4) velocity with the thrust along
-/// the mid-step attitude and drag at the old velocity; (5) position by the mean of old and new velocity.
+/// gyroscopic term at the old rates; (3) attitude by the exponential map of the mean body rate; (4) velocity with the
+/// thrust along the mid-step attitude and drag at the old velocity; (5) position by the mean of old and new velocity.
 /// Error against step_reference is O(dt^2) per unit time; at dt = 0.03 s and 6 rad/s a few cm over 0.6 s.
-QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u, double dt_s) noexcept;
+QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u,
+                            double dt_s) noexcept;
 
 }  // namespace gatefield

@@ -35,19 +35,20 @@ struct RememberedGate {
 
 /// The gates that matter now: what perception hands to the planner.
 struct MemorySnapshot {
-  std::uint64_t frame = 0;  ///< sequence of the newest depth frame taken into account (valid or not)
-  std::uint32_t target = 0; ///< waypoint index of gates[0]; gates[1] is the one after it
+  std::uint64_t frame = 0;   ///< sequence of the newest depth frame taken into account (valid or not)
+  std::uint32_t target = 0;  ///< waypoint index of gates[0]; gates[1] is the one after it
   std::array<RememberedGate, 2> gates;
 };
 
-/// Gate memory (paper, "spatial consistency"): per waypoint the newest valid latent with its capture pose, its age, and centre
-/// and axis of the opening, fitted to decoder values and filtered over frames. Never sees a true pose.
+/// Gate memory (paper, "spatial consistency"): per waypoint the newest valid latent with its capture pose, its age, and
+/// centre and axis of the opening, fitted to decoder values and filtered over frames. Never sees a true pose.
 /// Thread-safe: no (perception thread).   Real-time safe: bounded, allocation only when a gate is first seen.
 class GateMemory {
  public:
   GateMemory(const model::Bundle& bundle, const protocol::Course& course);
 
-  /// Where the encoder should look for this waypoint's gate: the belief once seen, the nominal waypoint before. World frame.
+  /// Where the encoder should look for this waypoint's gate: the belief once seen, the nominal waypoint before. World
+  /// frame.
   Eigen::Vector3d expected_center_W(std::uint32_t waypoint) const noexcept;
   bool seen(std::uint32_t waypoint) const noexcept;
 

@@ -8,8 +8,9 @@
 namespace gatefield::planner {
 namespace annotation {
 
-GATEFIELD_MULTIVERSION void distances(const Guidance& target_in, float inner_half_m, float cone_slope, const float* x, const float* y,
-                                      const float* z, const float* field, int count, float* along, float* clearance) noexcept {
+GATEFIELD_MULTIVERSION void distances(const Guidance& target_in, float inner_half_m, float cone_slope, const float* x,
+                                      const float* y, const float* z, const float* field, int count, float* along,
+                                      float* clearance) noexcept {
   const Guidance target = target_in;
   for (int m = 0; m < count; ++m) {
     const float dx = x[m] - target.cx, dy = y[m] - target.cy, dz = z[m] - target.cz;
@@ -28,8 +29,9 @@ struct Slab {
   float outside_m;  ///< clearance below which a crossing goes by outside the frame
 };
 
-GATEFIELD_MULTIVERSION void crossings(const Slab& slab_in, const float* a0, const float* a1, const float* c0, const float* c1,
-                                      const float* passed0, int count, float* passed1, float* crossing) noexcept {
+GATEFIELD_MULTIVERSION void crossings(const Slab& slab_in, const float* a0, const float* a1, const float* c0,
+                                      const float* c1, const float* passed0, int count, float* passed1,
+                                      float* crossing) noexcept {
   const Slab slab = slab_in;
   for (int m = 0; m < count; ++m) {
     const bool forward = a0[m] < 0.0f && a1[m] >= 0.0f;
@@ -47,15 +49,15 @@ GATEFIELD_MULTIVERSION void crossings(const Slab& slab_in, const float* a0, cons
 
 }  // namespace annotation
 
-void annotate(const PlanContext& context, const kernels::SampleBlock& states, const float* field, float* along, float* passed,
-              float* clearance, float* crossing_clearance) noexcept {
+void annotate(const PlanContext& context, const kernels::SampleBlock& states, const float* field, float* along,
+              float* passed, float* clearance, float* crossing_clearance) noexcept {
   const int stride = states.stride;
   const auto row = [stride](float* rows, int k) { return rows + static_cast<std::ptrdiff_t>(k) * stride; };
   for (int k = 0; k < states.steps; ++k)
     annotation::distances(context.target, context.inner_half_m, context.cone_slope, states.row(k, kernels::kPx),
                           states.row(k, kernels::kPy), states.row(k, kernels::kPz),
-                          field != nullptr ? field + static_cast<std::ptrdiff_t>(k) * stride : nullptr, stride, row(along, k),
-                          row(clearance, k));
+                          field != nullptr ? field + static_cast<std::ptrdiff_t>(k) * stride : nullptr, stride,
+                          row(along, k), row(clearance, k));
 
   // All rollouts start at the same point: step 0 is compared with it, through rows that are overwritten in turn.
   const annotation::Slab slab{context.slab_half_m, -(context.frame_width_m + context.crossing_need_m)};
@@ -67,12 +69,12 @@ void annotate(const PlanContext& context, const kernels::SampleBlock& states, co
   std::fill_n(crossing_clearance, stride, kNoCrossing);
   for (int m = 0; m < stride; m += kChunk) {
     const int count = std::min(kChunk, stride - m);
-    annotation::crossings(slab, start_along, row(along, 0) + m, start_clearance, row(clearance, 0) + m, start_passed, count,
-                          row(passed, 0) + m, crossing_clearance + m);
+    annotation::crossings(slab, start_along, row(along, 0) + m, start_clearance, row(clearance, 0) + m, start_passed,
+                          count, row(passed, 0) + m, crossing_clearance + m);
   }
   for (int k = 1; k < states.steps; ++k)
-    annotation::crossings(slab, row(along, k - 1), row(along, k), row(clearance, k - 1), row(clearance, k), row(passed, k - 1), stride,
-                          row(passed, k), crossing_clearance);
+    annotation::crossings(slab, row(along, k - 1), row(along, k), row(clearance, k - 1), row(clearance, k),
+                          row(passed, k - 1), stride, row(passed, k), crossing_clearance);
 }
 
 }  // namespace gatefield::planner

@@ -7,17 +7,19 @@ namespace gatefield::planner {
 /// Where each rollout goes through the gate's plane, which several costs want to know. Fills, per block of rollouts:
 ///   along[k]   signed distance to the plane of the target gate
 ///   passed[k]  1 from the step on in which the plane is crossed forwards with a positive clearance at the plane
-///   crossing_clearance  the least clearance c(x) over the slab |x| <= slab_half around a crossing, taken as linear between the
-///              two states beside it; kNoCrossing without one. Forward crossings count always, backward ones when they would hit the frame
-///              (far outside is the way back around the gate).
-/// The clearance at a point is s - |x| tan(alpha) = c - r: the decoder's value less the hourglass's widening. Along a line it is
-/// concave, so that interpolating linearly never claims more room than there is. Without a field it is inner_half - distance from the axis.
+///   crossing_clearance  the least clearance c(x) over the slab |x| <= slab_half around a crossing, taken as linear
+///   between the
+///              two states beside it; kNoCrossing without one. Forward crossings count always, backward ones when they
+///              would hit the frame (far outside is the way back around the gate).
+/// The clearance at a point is s - |x| tan(alpha) = c - r: the decoder's value less the hourglass's widening. Along a
+/// line it is concave, so that interpolating linearly never claims more room than there is. Without a field it is
+/// inner_half - distance from the axis.
 ///
 /// @param field   [K][stride] target's Gate-SDF or null
 /// @param along, passed, clearance  [K][stride] rows, written; `clearance` is scratch
 /// @param crossing_clearance        [stride], written
 /// Thread-safe: yes.   Real-time safe: yes.
-void annotate(const PlanContext& context, const kernels::SampleBlock& states, const float* field, float* along, float* passed,
-              float* clearance, float* crossing_clearance) noexcept;
+void annotate(const PlanContext& context, const kernels::SampleBlock& states, const float* field, float* along,
+              float* passed, float* clearance, float* crossing_clearance) noexcept;
 
 }  // namespace gatefield::planner

@@ -76,7 +76,8 @@ GateBelief CourseProgress::nominal(std::uint32_t waypoint) const noexcept {
                 (out.norm() > 1e-6 ? out.normalized() : Eigen::Vector3d(Eigen::Vector3d::Zero()));
     direction.z() = 0.0;
   }
-  belief.axis_W = direction.norm() > 1e-6 ? Eigen::Vector3d(direction.normalized()) : Eigen::Vector3d(Eigen::Vector3d::UnitX());
+  belief.axis_W =
+      direction.norm() > 1e-6 ? Eigen::Vector3d(direction.normalized()) : Eigen::Vector3d(Eigen::Vector3d::UnitX());
   belief.seen = false;
   return belief;
 }

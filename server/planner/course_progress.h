@@ -8,9 +8,9 @@
 
 namespace gatefield::planner {
 
-/// Where in the course a vehicle is, as far as the planner can know: it counts a gate as passed when the vehicle crosses the
-/// believed plane inside the believed opening in the passing direction. The referee's word is another matter.
-/// Thread-safe: no.   Real-time safe: yes.
+/// Where in the course a vehicle is, as far as the planner can know: it counts a gate as passed when the vehicle
+/// crosses the believed plane inside the believed opening in the passing direction. The referee's word is another
+/// matter. Thread-safe: no.   Real-time safe: yes.
 class CourseProgress {
  public:
   explicit CourseProgress(const protocol::Course& course);

@@ -20,10 +20,10 @@ class Field {
 struct GateBelief {
   Eigen::Vector3d center_W = Eigen::Vector3d::Zero();  ///< of the opening
   Eigen::Vector3d axis_W = Eigen::Vector3d::UnitX();   ///< unit, in the passing direction
-  bool seen = false;            ///< false: centre and axis are the nominal waypoint's
-  double center_sigma_m = 1.0;  ///< how sure, one sigma
+  bool seen = false;                                   ///< false: centre and axis are the nominal waypoint's
+  double center_sigma_m = 1.0;                         ///< how sure, one sigma
   double axis_sigma_rad = 1.0;
-  const Field* field = nullptr; ///< null until a valid latent is in the memory
+  const Field* field = nullptr;  ///< null until a valid latent is in the memory
 };
 
 }  // namespace gatefield::planner

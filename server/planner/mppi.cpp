@@ -21,14 +21,16 @@ kernels::NoiseShape noise_shape(const Profile& profile, const QuadrotorModel& mo
   for (std::size_t i = 0; i < kRotors; ++i) {
     shape.sigma[i] = static_cast<float>(profile.noise_sigma_n_s[i]);
     const Eigen::Vector2d& position = model.rotor_position_B_m[i];
-    shape.mixer[i] = {1.0f, position.y() >= 0 ? 1.0f : -1.0f, position.x() >= 0 ? -1.0f : 1.0f, model.rotor_spin[i] >= 0 ? 1.0f : -1.0f};
+    shape.mixer[i] = {1.0f, position.y() >= 0 ? 1.0f : -1.0f, position.x() >= 0 ? -1.0f : 1.0f,
+                      model.rotor_spin[i] >= 0 ? 1.0f : -1.0f};
   }
   return shape;
 }
 
 class Mppi final : public Planner {
  public:
-  Mppi(const Profile& profile, const QuadrotorModel& model, const GateShape& gate, double cone_angle_rad, std::uint64_t seed)
+  Mppi(const Profile& profile, const QuadrotorModel& model, const GateShape& gate, double cone_angle_rad,
+       std::uint64_t seed)
       : profile_(profile),
         model_(model),
         gate_(gate),
@@ -63,7 +65,8 @@ class Mppi final : public Planner {
   int samples_in(int block) const noexcept { return std::min(kBlock, profile_.samples - block * kBlock); }
   kernels::SampleBlock inputs_of(int block) noexcept {
     const std::size_t size = static_cast<std::size_t>(profile_.steps) * kernels::kInputs * kBlock;
-    return {inputs_.data() + static_cast<std::size_t>(block) * size, profile_.steps, kernels::kInputs, samples_in(block), kBlock};
+    return {inputs_.data() + static_cast<std::size_t>(block) * size, profile_.steps, kernels::kInputs,
+            samples_in(block), kBlock};
   }
 
   Profile profile_;
@@ -77,7 +80,8 @@ class Mppi final : public Planner {
   double detour_side_ = 1.0;       ///< see context(): hysteresis of the way back around a missed gate
 
   // Scratch, sized once. Blocks keep their inputs until the average; everything else is reused by the next block.
-  std::vector<float> inputs_, states_, along_, passed_, clearance_, field_, next_field_, crossing_, cost_, weight_, flat_mean_;
+  std::vector<float> inputs_, states_, along_, passed_, clearance_, field_, next_field_, crossing_, cost_, weight_,
+      flat_mean_;
   std::vector<double> sum_;
 };
 
@@ -86,7 +90,8 @@ PlanContext Mppi::context(const PlanInput& input) noexcept {
   const Eigen::Vector3d& p = input.start.p_WB;
   const GateBelief& target = input.target;
 
-  // Back around a missed gate on the side where the vehicle is; kept while it is near the middle, or it would dither there.
+  // Back around a missed gate on the side where the vehicle is; kept while it is near the middle, or it would dither
+  // there.
   const Eigen::Vector3d beside = target.axis_W.cross(Eigen::Vector3d::UnitZ());
   const double offset_m = (p - target.center_W).dot(beside);
   if (std::abs(offset_m) > 0.4) detour_side_ = offset_m > 0 ? 1.0 : -1.0;
@@ -107,20 +112,23 @@ PlanContext Mppi::context(const PlanInput& input) noexcept {
   context.cone_slope = cone_slope_;
   context.slab_half_m = static_cast<float>(0.5 * gate_.thickness_m + model_.collision_radius_m);
 
-  // What is not seen, or was seen long ago, is approached with more care.
-  const double age = target.field != nullptr ? input.field_age_s : profile_.field_stale_s;
-  const double stale = std::clamp((age - profile_.field_fresh_s) / (profile_.field_stale_s - profile_.field_fresh_s), 0.0, 1.0);
+  // Near a gate that is not seen, or was seen long ago, more care.
+  const double distance_m = (p - target.center_W).norm();
   double limit = input.speed_limit_m_s > 0 ? input.speed_limit_m_s : profile_.speed_limit_m_s;
+  double extra_clearance_m = 0.0;
   if (input.hold) {
-    limit = std::min(limit, std::max(0.5, 1.5 * std::sqrt((p - target.center_W).norm())));
-  } else if (!target.seen) {
-    if ((p - target.center_W).norm() < profile_.unseen_distance_m) limit = std::min(limit, profile_.unseen_speed_m_s);
-  } else {
+    limit = std::min(limit, std::max(0.5, 1.5 * std::sqrt(distance_m)));
+  } else if (distance_m < profile_.near_m && !target.seen) {
+    limit *= profile_.unseen_speed_factor;
+  } else if (distance_m < profile_.near_m) {
+    const double span_s = profile_.field_stale_s - profile_.field_fresh_s;
+    const double stale = std::clamp((input.field_age_s - profile_.field_fresh_s) / span_s, 0.0, 1.0);
     limit *= 1.0 - stale * (1.0 - profile_.stale_speed_factor);
+    extra_clearance_m = stale * profile_.stale_extra_clearance_m;
   }
   context.speed_limit_m_s = static_cast<float>(limit);
-  context.crossing_need_m = static_cast<float>(model_.collision_radius_m + profile_.crossing_margin_m +
-                                               (target.seen ? stale * profile_.stale_extra_clearance_m : 0.0));
+  context.crossing_need_m =
+      static_cast<float>(model_.collision_radius_m + profile_.crossing_margin_m + extra_clearance_m);
 
   if (target.field != nullptr) {
     float s = 0.0f;
@@ -147,8 +155,8 @@ void Mppi::evaluate_block(const PlanInput& input, const PlanContext& context, in
   const auto evaluate = [&](const Field* field, std::vector<float>& out) {
     for (int k = 0; k < steps; ++k) {
       const std::size_t count = kBlock;
-      field->evaluate({states.row(k, kernels::kPx), count}, {states.row(k, kernels::kPy), count}, {states.row(k, kernels::kPz), count},
-                      {out.data() + static_cast<std::size_t>(k) * kBlock, count});
+      field->evaluate({states.row(k, kernels::kPx), count}, {states.row(k, kernels::kPy), count},
+                      {states.row(k, kernels::kPz), count}, {out.data() + static_cast<std::size_t>(k) * kBlock, count});
     }
   };
   RolloutBatch batch;
@@ -166,7 +174,8 @@ void Mppi::evaluate_block(const PlanInput& input, const PlanContext& context, in
   batch.crossing_clearance = crossing_.data();
   // The next gate's field matters only where a rollout has passed the target.
   const float* passed_at_end = passed_.data() + rows - kBlock;
-  const bool any_passed = std::any_of(passed_at_end, passed_at_end + kBlock, [](float passed) { return passed > 0.5f; });
+  const bool any_passed =
+      std::any_of(passed_at_end, passed_at_end + kBlock, [](float passed) { return passed > 0.5f; });
   if (fields_wanted && any_passed && input.has_next && input.next.field != nullptr) {
     evaluate(input.next.field, next_field_);
     batch.next_field = next_field_.data();
@@ -192,18 +201,21 @@ void Mppi::plan(const PlanInput& input, Plan* plan) noexcept {
   const std::span<const float> cost(cost_.data(), samples);
   plan->temperature = profile_.temperature;
   if (profile_.target_effective_fraction > 0)
-    plan->temperature = kernels::temperature_for(cost, profile_.target_effective_fraction * static_cast<double>(samples),
-                                                 profile_.temperature_min, profile_.temperature_max);
+    plan->temperature =
+        kernels::temperature_for(cost, profile_.target_effective_fraction * static_cast<double>(samples),
+                                 profile_.temperature_min, profile_.temperature_max);
   plan->effective_samples = kernels::softmax_weights(cost, plan->temperature, {weight_.data(), samples});
   plan->ok = plan->effective_samples > 0;
   if (plan->ok) {
     std::fill(sum_.begin(), sum_.end(), 0.0);
     for (int block = 0; block < blocks; ++block) {
       const std::size_t count = static_cast<std::size_t>(samples_in(block));
-      kernels::accumulate_average({weight_.data() + static_cast<std::size_t>(block) * kBlock, count}, inputs_of(block), sum_.data());
+      kernels::accumulate_average({weight_.data() + static_cast<std::size_t>(block) * kBlock, count}, inputs_of(block),
+                                  sum_.data());
     }
     for (std::size_t k = 0; k < steps; ++k)
-      for (std::size_t i = 0; i < kernels::kInputs; ++i) mean_[k][static_cast<Eigen::Index>(i)] = sum_[k * kernels::kInputs + i];
+      for (std::size_t i = 0; i < kernels::kInputs; ++i)
+        mean_[k][static_cast<Eigen::Index>(i)] = sum_[k * kernels::kInputs + i];
   }
   predict(input, plan);
 }
@@ -231,8 +243,8 @@ void Mppi::predict(const PlanInput& input, Plan* plan) const noexcept {
 
 }  // namespace
 
-Result<std::unique_ptr<Planner>> Planner::create(const Profile& profile, const QuadrotorModel& model, const GateShape& gate,
-                                                 double cone_angle_rad, std::uint64_t seed) {
+Result<std::unique_ptr<Planner>> Planner::create(const Profile& profile, const QuadrotorModel& model,
+                                                 const GateShape& gate, double cone_angle_rad, std::uint64_t seed) {
   if (Status status = validate(profile); !status) return Error{status.error()};
   if (Status status = gatefield::validate(model); !status) return Error{status.error()};
   if (Status status = gatefield::validate(gate); !status) return Error{status.error()};

@@ -10,7 +10,8 @@ Status validate(const Profile& profile) {
   const auto wrong = [](const std::string& field, const std::string& value, const std::string& expected) {
     return Error{"profile." + field + " is " + value + ", expected " + expected};
   };
-  if (profile.name.empty() || profile.name.size() > 63) return wrong("name", "'" + profile.name + "'", "1 to 63 characters");
+  if (profile.name.empty() || profile.name.size() > 63)
+    return wrong("name", "'" + profile.name + "'", "1 to 63 characters");
   for (const IntegerField& field : kIntegerFields) {
     const int value = profile.*field.member;
     if (value < field.min || value > field.max)

@@ -7,19 +7,19 @@ namespace gatefield::planner {
 /// The one list of a profile's plain fields: reading a file and checking ranges both walk it. Names are the schema's.
 struct NumberField {
   const char* name;
-  double Profile::* member;
+  double Profile::*member;
   double min;
   double max;
 };
 struct IntegerField {
   const char* name;
-  int Profile::* member;
+  int Profile::*member;
   int min;
   int max;
 };
 struct SwitchField {
   const char* name;
-  bool Profile::* member;
+  bool Profile::*member;
 };
 
 inline constexpr IntegerField kIntegerFields[] = {
@@ -61,8 +61,8 @@ inline constexpr NumberField kNumberFields[] = {
     {"field_stale_s", &Profile::field_stale_s, 0, 120},
     {"stale_speed_factor", &Profile::stale_speed_factor, 0.05, 1},
     {"stale_extra_clearance_m", &Profile::stale_extra_clearance_m, 0, 1},
-    {"unseen_speed_m_s", &Profile::unseen_speed_m_s, 0.5, 50},
-    {"unseen_distance_m", &Profile::unseen_distance_m, 0, 50},
+    {"unseen_speed_factor", &Profile::unseen_speed_factor, 0.05, 1},
+    {"near_m", &Profile::near_m, 0, 50},
 };
 
 }  // namespace gatefield::planner

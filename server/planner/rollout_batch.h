@@ -10,8 +10,8 @@
 
 namespace gatefield::planner {
 
-/// One block of rollouts with what the costs look at. Rows are [stride] floats, one per rollout; row k is the state at the end of
-/// step k. Non-owning.
+/// One block of rollouts with what the costs look at. Rows are [stride] floats, one per rollout; row k is the state at
+/// the end of step k. Non-owning.
 struct RolloutBatch {
   kernels::SampleBlock states;  ///< [K][kernels::StateChannel][M]
   int steps = 0;
@@ -21,8 +21,9 @@ struct RolloutBatch {
   const float* passed = nullptr;      ///< [K] 1 once the rollout has gone through the target's opening, else 0
   const float* field = nullptr;       ///< [K] Gate-SDF of the target, m; null when there is no field
   const float* next_field = nullptr;  ///< [K] Gate-SDF of the gate after it, m; null when there is none
-  const float* crossing_clearance = nullptr;  ///< least distance from the centre of mass to the frame's inner edge while crossing
-                                              ///< the gate's slab, m; kNoCrossing when the plane was not crossed
+  const float* crossing_clearance =
+      nullptr;  ///< least distance from the centre of mass to the frame's inner edge while crossing
+                ///< the gate's slab, m; kNoCrossing when the plane was not crossed
 
   const float* along_row(int k) const noexcept { return along + static_cast<std::ptrdiff_t>(k) * stride; }
   const float* passed_row(int k) const noexcept { return passed + static_cast<std::ptrdiff_t>(k) * stride; }
@@ -34,18 +35,18 @@ inline constexpr float kNoCrossing = 1e6f;
 
 /// What is the same for all rollouts of one step.
 struct PlanContext {
-  Guidance target;                  ///< where to go before the opening
-  Guidance next;                    ///< and beyond it
+  Guidance target;  ///< where to go before the opening
+  Guidance next;    ///< and beyond it
   bool has_next = false;
   bool hold = false;
   Eigen::Vector3f start_p_WB = Eigen::Vector3f::Zero();
   float start_along_m = 0.0f;
-  float start_clearance_m = 0.0f;   ///< field minus the cone's widening at the start, see annotate()
-  float speed_limit_m_s = 0.0f;     ///< after all tightening
-  float crossing_need_m = 0.0f;     ///< clearance wanted while crossing: radius + margin (+ extra when the field is old)
-  float slab_half_m = 0.0f;         ///< half thickness of the frame + radius
-  float frame_width_m = 0.0f;       ///< outer minus inner half-width
-  float cone_slope = 0.0f;          ///< tan(alpha)
+  float start_clearance_m = 0.0f;  ///< field minus the cone's widening at the start, see annotate()
+  float speed_limit_m_s = 0.0f;    ///< after all tightening
+  float crossing_need_m = 0.0f;    ///< clearance wanted while crossing: radius + margin (+ extra when the field is old)
+  float slab_half_m = 0.0f;        ///< half thickness of the frame + radius
+  float frame_width_m = 0.0f;      ///< outer minus inner half-width
+  float cone_slope = 0.0f;         ///< tan(alpha)
   float inner_half_m = 0.0f;
 };
 

@@ -14,9 +14,12 @@ void shift_plan(double elapsed_s, double step_s, std::span<ThrustRates> inputs) 
   }
   const std::size_t whole = static_cast<std::size_t>(shift);
   const double part = shift - static_cast<double>(whole);
-  const auto at = [&](std::size_t k) -> ThrustRates { return k < count ? inputs[k] : ThrustRates(ThrustRates::Zero()); };
+  const auto at = [&](std::size_t k) -> ThrustRates {
+    return k < count ? inputs[k] : ThrustRates(ThrustRates::Zero());
+  };
   for (std::size_t k = 0; k < count; ++k) {
-    const ThrustRates shifted = (1.0 - part) * at(k + whole) + part * at(k + whole + 1);  // reads only entries not yet overwritten
+    const ThrustRates shifted =
+        (1.0 - part) * at(k + whole) + part * at(k + whole + 1);  // reads only entries not yet overwritten
     inputs[k] = shifted;
   }
 }

@@ -5,7 +5,8 @@
 namespace gatefield::planner {
 
 BodyRateCost::BodyRateCost(const Profile& profile) noexcept
-    : weight_(static_cast<float>(profile.body_rate_weight)), limit_rad_s_(static_cast<float>(profile.body_rate_limit_rad_s)) {}
+    : weight_(static_cast<float>(profile.body_rate_weight)),
+      limit_rad_s_(static_cast<float>(profile.body_rate_limit_rad_s)) {}
 
 void BodyRateCost::accumulate(const PlanContext&, const RolloutBatch& batch, std::span<float> cost) const noexcept {
   for (int k = 0; k < batch.steps; ++k)

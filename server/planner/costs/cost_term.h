@@ -16,7 +16,8 @@ class CostTerm {
   virtual ~CostTerm() = default;
   virtual std::string_view name() const noexcept = 0;
   /// cost[m] += this term of rollout m, dimensionless. @pre cost.size() >= batch.stride
-  virtual void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept = 0;
+  virtual void accumulate(const PlanContext& context, const RolloutBatch& batch,
+                          std::span<float> cost) const noexcept = 0;
 };
 
 /// The terms that a profile gives weight to, in the order in which they are added up.

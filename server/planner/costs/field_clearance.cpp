@@ -16,8 +16,9 @@ namespace field_clearance {
 constexpr float kLowest_m = -2.0f;
 
 /// What counts is (field - none) * before + (next - none) * beyond: `none` is a value without cost.
-GATEFIELD_MULTIVERSION void accumulate(float weight, float clearance_m, const float* field, const float* next, const float* passed,
-                                       float use_target, float use_next, int count, float* cost) noexcept {
+GATEFIELD_MULTIVERSION void accumulate(float weight, float clearance_m, const float* field, const float* next,
+                                       const float* passed, float use_target, float use_next, int count,
+                                       float* cost) noexcept {
   for (int m = 0; m < count; ++m) {
     const float before = use_target * std::max(0.0f, clearance_m - std::max(field[m], kLowest_m));
     const float beyond = use_next * std::max(0.0f, clearance_m - std::max(next[m], kLowest_m));
@@ -27,14 +28,16 @@ GATEFIELD_MULTIVERSION void accumulate(float weight, float clearance_m, const fl
 
 }  // namespace field_clearance
 
-void FieldClearanceCost::accumulate(const PlanContext&, const RolloutBatch& batch, std::span<float> cost) const noexcept {
+void FieldClearanceCost::accumulate(const PlanContext&, const RolloutBatch& batch,
+                                    std::span<float> cost) const noexcept {
   if (batch.field == nullptr && batch.next_field == nullptr) return;
   for (int k = 0; k < batch.steps; ++k) {
     const float* field = batch.field != nullptr ? batch.field_row(k) : batch.next_field_row(k);
     const bool next_known = switch_in_rollout_ && batch.next_field != nullptr;
     const float* beyond = next_known ? batch.next_field_row(k) : field;
-    field_clearance::accumulate(weight_, clearance_m_, field, beyond, batch.passed_row(k), batch.field != nullptr ? 1.0f : 0.0f,
-                                next_known ? 1.0f : 0.0f, batch.stride, cost.data());
+    field_clearance::accumulate(weight_, clearance_m_, field, beyond, batch.passed_row(k),
+                                batch.field != nullptr ? 1.0f : 0.0f, next_known ? 1.0f : 0.0f, batch.stride,
+                                cost.data());
   }
 }
 

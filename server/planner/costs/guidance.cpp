@@ -1,9 +1,11 @@
 #include "server/planner/costs/guidance.h"
 
+#include <Eigen/Geometry>
+
 namespace gatefield::planner {
 
-Guidance make_guidance(const Eigen::Vector3d& center_W, const Eigen::Vector3d& axis_W, bool funnel, double half_angle_rad,
-                       double distance_m, double outer_half_m, double side) noexcept {
+Guidance make_guidance(const Eigen::Vector3d& center_W, const Eigen::Vector3d& axis_W, bool funnel,
+                       double half_angle_rad, double distance_m, double outer_half_m, double side) noexcept {
   constexpr double kBesideGap_m = 0.7;  // beside the frame: room for the vehicle and for its overshoot
   Eigen::Vector3d beside = axis_W.cross(Eigen::Vector3d::UnitZ());
   beside = beside.norm() > 1e-3 ? beside.normalized() : Eigen::Vector3d::UnitX();

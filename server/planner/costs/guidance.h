@@ -1,15 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 
 namespace gatefield::planner {
 
-/// A potential V(p), metres, that falls along the way to and through a gate's opening. With c the centre, a the passing axis,
-/// D the funnel's distance and f = c - D a the point in front of the gate:
+/// A potential V(p), metres, that falls along the way to and through a gate's opening. With c the centre, a the passing
+/// axis, D the funnel's distance and f = c - D a the point in front of the gate:
 ///   inside the cone around -a:      V = |p - c|
-///   outside it:                     V = |p - f| + D        (first to the point in front: arriving from the side clips a post)
-///   beyond the plane, not passed:   V = |p - b| + |b - f| + D,  b beside the gate, so that the way back leads around the frame
+///   outside it:                     V = |p - f| + D        (first to the point in front: arriving from the side clips
+///   a post) beyond the plane, not passed:   V = |p - b| + |b - f| + D,  b beside the gate, so that the way back leads
+///   around the frame
 /// Without a funnel V = |p - c| everywhere (the paper's waypoint).
 struct Guidance {
   float cx = 0, cy = 0, cz = 0;  ///< c
@@ -40,7 +42,7 @@ struct Guidance {
 };
 
 /// Makes the potential of a gate. `side` (+1 or -1) chooses on which side the detour leads around.
-Guidance make_guidance(const Eigen::Vector3d& center_W, const Eigen::Vector3d& axis_W, bool funnel, double half_angle_rad,
-                       double distance_m, double outer_half_m, double side) noexcept;
+Guidance make_guidance(const Eigen::Vector3d& center_W, const Eigen::Vector3d& axis_W, bool funnel,
+                       double half_angle_rad, double distance_m, double outer_half_m, double side) noexcept;
 
 }  // namespace gatefield::planner

@@ -19,9 +19,9 @@ GATEFIELD_MULTIVERSION void squared(const Guidance& target, float start, float w
   }
 }
 
-GATEFIELD_MULTIVERSION void distance(const Guidance& target_in, const Guidance& next_in, float start, float next_at_center, float weight,
-                                     const float* x, const float* y, const float* z, const float* passed, int count,
-                                     float* cost) noexcept {
+GATEFIELD_MULTIVERSION void distance(const Guidance& target_in, const Guidance& next_in, float start,
+                                     float next_at_center, float weight, const float* x, const float* y, const float* z,
+                                     const float* passed, int count, float* cost) noexcept {
   const Guidance target = target_in, next = next_in;  // local copies: no aliasing with cost
   for (int m = 0; m < count; ++m) {
     const float before = target.potential(x[m], y[m], z[m]);
@@ -32,7 +32,8 @@ GATEFIELD_MULTIVERSION void distance(const Guidance& target_in, const Guidance& 
 
 }  // namespace progress
 
-void ProgressCost::accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept {
+void ProgressCost::accumulate(const PlanContext& context, const RolloutBatch& batch,
+                              std::span<float> cost) const noexcept {
   const int last = batch.steps - 1;
   const float* x = batch.states.row(last, kernels::kPx);
   const float* y = batch.states.row(last, kernels::kPy);
@@ -46,8 +47,8 @@ void ProgressCost::accumulate(const PlanContext& context, const RolloutBatch& ba
   }
   const float start = target.potential(p0.x(), p0.y(), p0.z());
   if (switch_in_rollout_ && context.has_next) {
-    progress::distance(target, context.next, start, context.next.potential(target.cx, target.cy, target.cz), weight_, x, y, z,
-                       batch.passed_row(last), batch.stride, cost.data());
+    progress::distance(target, context.next, start, context.next.potential(target.cx, target.cy, target.cz), weight_, x,
+                       y, z, batch.passed_row(last), batch.stride, cost.data());
     return;
   }
   // The last gate: beyond it, straight on counts as progress, or the vehicle would brake in the opening.
@@ -56,10 +57,12 @@ void ProgressCost::accumulate(const PlanContext& context, const RolloutBatch& ba
   straight.cy = target.cy + kStraightOn_m * target.ay;
   straight.cz = target.cz + kStraightOn_m * target.az;
   if (!switch_in_rollout_ || context.hold) {
-    for (int m = 0; m < batch.stride; ++m) cost[static_cast<std::size_t>(m)] += weight_ * (target.potential(x[m], y[m], z[m]) - start);
+    for (int m = 0; m < batch.stride; ++m)
+      cost[static_cast<std::size_t>(m)] += weight_ * (target.potential(x[m], y[m], z[m]) - start);
     return;
   }
-  progress::distance(target, straight, start, kStraightOn_m, weight_, x, y, z, batch.passed_row(last), batch.stride, cost.data());
+  progress::distance(target, straight, start, kStraightOn_m, weight_, x, y, z, batch.passed_row(last), batch.stride,
+                     cost.data());
 }
 
 }  // namespace gatefield::planner

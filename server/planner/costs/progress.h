@@ -4,9 +4,11 @@
 
 namespace gatefield::planner {
 
-/// Gate progress (paper, Eq. "gate_progress"). The sum over the steps of a difference telescopes, so only the last state counts:
+/// Gate progress (paper, Eq. "gate_progress"). The sum over the steps of a difference telescopes, so only the last
+/// state counts:
 ///   squared distance: weight (|p_K - c|^2 - |p_0 - c|^2), as printed;
-///   distance (ours):  weight (V(p_K) - V(p_0)) with the guidance potential V of the target; for a rollout that has passed the opening,
+///   distance (ours):  weight (V(p_K) - V(p_0)) with the guidance potential V of the target; for a rollout that has
+///   passed the opening,
 ///                     V = V_next(p) - V_next(c): it goes on earning progress towards the next gate.
 class ProgressCost final : public CostTerm {
  public:

@@ -15,9 +15,9 @@ struct Sight {
   float turn_at_m;  ///< signed distance to the plane from which on the next gate is looked at
 };
 
-GATEFIELD_MULTIVERSION void accumulate(const Sight& sight_in, float weight, const float* x, const float* y, const float* qw,
-                                       const float* qx, const float* qy, const float* qz, const float* along, const float* passed,
-                                       int count, float* cost) noexcept {
+GATEFIELD_MULTIVERSION void accumulate(const Sight& sight_in, float weight, const float* x, const float* y,
+                                       const float* qw, const float* qx, const float* qy, const float* qz,
+                                       const float* along, const float* passed, int count, float* cost) noexcept {
   const Sight sight = sight_in;
   constexpr float kTiny = 1e-6f;  // straight above the gate or nose straight up, there is no angle: cost 1
   for (int m = 0; m < count; ++m) {
@@ -33,14 +33,16 @@ GATEFIELD_MULTIVERSION void accumulate(const Sight& sight_in, float weight, cons
 
 }  // namespace visibility
 
-void VisibilityCost::accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept {
+void VisibilityCost::accumulate(const PlanContext& context, const RolloutBatch& batch,
+                                std::span<float> cost) const noexcept {
   const Guidance& next = context.has_next ? context.next : context.target;
   const visibility::Sight sight{context.target.cx, context.target.cy, next.cx, next.cy,
                                 context.has_next ? -look_ahead_m_ : 1e6f};
   for (int k = 0; k < batch.steps; ++k) {
     const auto row = [&](int channel) { return batch.states.row(k, channel); };
     visibility::accumulate(sight, weight_, row(kernels::kPx), row(kernels::kPy), row(kernels::kQw), row(kernels::kQx),
-                           row(kernels::kQy), row(kernels::kQz), batch.along_row(k), batch.passed_row(k), batch.stride, cost.data());
+                           row(kernels::kQy), row(kernels::kQz), batch.along_row(k), batch.passed_row(k), batch.stride,
+                           cost.data());
   }
 }
 

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "common/base/clock.h"
+
+namespace gatefield::perception {
+
+/// One frame's word on where a gate is, fitted to decoder values.
+struct GateMeasurement {
+  Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
+  double center_sigma_m = 0.1;
+  double axis_sigma_rad = 0.1;
+};
+
+/// Centre and axis of one gate, filtered over frames: a Kalman filter with one variance for the centre and one for the
+/// axis, a little process noise (frames of one approach err alike, and the nearer ones must count), and a test against
+/// outliers that gives way when the outliers agree among themselves. Thread-safe: no.   Real-time safe: yes.
+class GateEstimate {
+ public:
+  /// @return false when the measurement was set aside as an outlier
+  bool update(const GateMeasurement& measurement, Stamp stamp) noexcept;
+
+  bool started() const noexcept { return started_; }
+  const Eigen::Isometry3d& X_WG() const noexcept { return X_WG_; }
+  double center_sigma_m() const noexcept;
+  double axis_sigma_rad() const noexcept;
+
+ private:
+  void restart(const GateMeasurement& measurement) noexcept;
+
+  bool started_ = false;
+  Stamp stamp_{0};
+  Eigen::Isometry3d X_WG_ = Eigen::Isometry3d::Identity();
+  double center_variance_ = 1.0;
+  double axis_variance_ = 1.0;
+  int outliers_ = 0;  ///< in a row, agreeing with each other
+  Eigen::Vector3d outlier_center_W_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace gatefield::perception

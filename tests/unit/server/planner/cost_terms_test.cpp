@@ -1,0 +1,188 @@
+#include <gtest/gtest.h>
+
+#include "server/planner/costs/altitude.h"
+#include "server/planner/costs/body_rate.h"
+#include "server/planner/costs/crossing.h"
+#include "server/planner/costs/field_clearance.h"
+#include "server/planner/costs/progress.h"
+#include "server/planner/costs/speed.h"
+#include "server/planner/costs/visibility.h"
+#include "tests/unit/server/planner/batch_fixture.h"
+
+namespace gatefield::planner {
+namespace {
+
+using test::BatchFixture;
+using test::context_at_origin;
+
+TEST(ProgressCost, SquaredDistanceTelescopesAsPrinted) {
+  Profile profile;
+  profile.progress_metric = ProgressMetric::kSquaredDistance;
+  profile.progress_weight = 2.0;
+  BatchFixture fixture(3, 2);
+  fixture.place(0, 0, {-2.5f, 0.4f, 0});
+  fixture.place(1, 0, {-2.0f, 0.8f, 0});
+  fixture.place(2, 0, {-1.0f, 1.0f, 0});
+  const auto cost = fixture.cost_of(ProgressCost(profile), context_at_origin());
+  // sum_k (|p_{k+1}|^2 - |p_k|^2) = |p_3|^2 - |p_0|^2 = 2 - 9
+  EXPECT_NEAR(cost[0], 2.0f * (2.0f - 9.0f), 1e-4f);
+}
+
+TEST(ProgressCost, DistanceRewardsEveryMetreAlike) {
+  Profile profile;
+  profile.progress_weight = 1.0;
+  BatchFixture fixture(1, 2);
+  fixture.place(0, 0, {-2, 0, 0});
+  fixture.place(0, 1, {-1, 0, 0});
+  const auto cost = fixture.cost_of(ProgressCost(profile), context_at_origin());
+  EXPECT_NEAR(cost[0], -1.0f, 1e-5f);
+  EXPECT_NEAR(cost[1], -2.0f, 1e-5f);
+}
+
+TEST(ProgressCost, BeyondTheOpeningTheNextGateCounts) {
+  Profile profile;
+  profile.progress_weight = 1.0;
+  BatchFixture fixture(1, 2);
+  fixture.place(0, 0, {1, 0, 0});
+  fixture.place(0, 1, {1, 1, 0});
+  fixture.passed(0, 0) = 1;
+  fixture.passed(0, 1) = 1;
+  const auto cost = fixture.cost_of(ProgressCost(profile), context_at_origin());
+  EXPECT_LT(cost[0], -3.0f);    // more than reaching the gate is worth
+  EXPECT_LT(cost[1], cost[0]);  // and more still when heading for the next one
+}
+
+TEST(ProgressCost, FlyingPastTheGateIsNoProgress) {
+  Profile profile;
+  profile.progress_weight = 1.0;
+  BatchFixture fixture(1, 2);
+  fixture.place(0, 0, {1, 1.5f, 0});  // beyond the plane, outside, not passed
+  fixture.place(0, 1, {-0.1f, 0, 0});
+  const auto cost = fixture.cost_of(ProgressCost(profile), context_at_origin(true));
+  EXPECT_GT(cost[0], cost[1] + 1.0f);
+}
+
+TEST(VisibilityCost, OneMinusCosineOfTheBearing) {
+  Profile profile;
+  profile.visibility_weight = 3.0;
+  BatchFixture fixture(1, 3);
+  for (int m = 0; m < 3; ++m) {
+    fixture.place(0, m, {-3, 0, 0});
+    fixture.along(0, m) = -3;
+  }
+  const float half = 0.5f * 1.5707963f;
+  fixture.at(0, kernels::kQw, 1) = std::cos(half);  // yaw 90 deg
+  fixture.at(0, kernels::kQz, 1) = std::sin(half);
+  fixture.at(0, kernels::kQw, 2) = 0;  // yaw 180 deg
+  fixture.at(0, kernels::kQz, 2) = 1;
+  const auto cost = fixture.cost_of(VisibilityCost(profile), context_at_origin());
+  EXPECT_NEAR(cost[0], 0.0f, 1e-4f);
+  EXPECT_NEAR(cost[1], 3.0f, 1e-4f);
+  EXPECT_NEAR(cost[2], 6.0f, 1e-4f);
+}
+
+TEST(VisibilityCost, NearTheOpeningTheNextGateIsLookedAt) {
+  Profile profile;
+  profile.visibility_weight = 1.0;
+  profile.look_ahead_m = 1.0;
+  BatchFixture fixture(1, 2);
+  fixture.place(0, 0, {-0.5f, 0, 0});
+  fixture.along(0, 0) = -0.5f;
+  const float yaw = std::atan2(6.0f, 6.5f);
+  fixture.at(0, kernels::kQw, 0) = std::cos(0.5f * yaw);
+  fixture.at(0, kernels::kQz, 0) = std::sin(0.5f * yaw);
+  EXPECT_NEAR(fixture.cost_of(VisibilityCost(profile), context_at_origin())[0], 0.0f, 1e-4f);
+}
+
+TEST(FieldClearanceCost, HingeOnTheClearanceAndBoundedBelow) {
+  Profile profile;
+  profile.field_weight = 2.0;
+  profile.field_clearance_m = 1.0;
+  BatchFixture fixture(2, 3);
+  fixture.field(0, 0) = 1.5f;
+  fixture.field(1, 0) = 0.25f;
+  fixture.field(0, 1) = -100.0f;
+  fixture.field(1, 1) = 1.0f;
+  fixture.field(0, 2) = 2.0f;
+  fixture.field(1, 2) = 2.0f;
+  const auto cost = fixture.cost_of(FieldClearanceCost(profile), context_at_origin());
+  EXPECT_NEAR(cost[0], 2.0f * 0.75f, 1e-5f);
+  EXPECT_NEAR(cost[1], 2.0f * 3.0f, 1e-5f);
+  EXPECT_EQ(cost[2], 0.0f);
+}
+
+TEST(FieldClearanceCost, BeyondTheOpeningTheNextFieldOrNone) {
+  Profile profile;
+  profile.field_weight = 1.0;
+  profile.field_clearance_m = 1.0;
+  BatchFixture fixture(1, 1);
+  fixture.field(0, 0) = -1.0f;
+  fixture.passed(0, 0) = 1;
+  EXPECT_EQ(fixture.cost_of(FieldClearanceCost(profile), context_at_origin())[0], 0.0f);
+  fixture.next_field(0, 0) = 0.4f;
+  EXPECT_NEAR(fixture.cost_of(FieldClearanceCost(profile), context_at_origin())[0], 0.6f, 1e-5f);
+}
+
+TEST(FieldClearanceCost, NoFieldNoCost) {
+  BatchFixture fixture(2, 1);
+  EXPECT_EQ(fixture.cost_of(FieldClearanceCost(Profile{}), context_at_origin())[0], 0.0f);
+}
+
+TEST(CrossingCost, GrowsWithWhatIsLackingAndSaturates) {
+  Profile profile;
+  profile.crossing_weight = 10.0;
+  BatchFixture fixture(1, 4);
+  fixture.crossing(1) = 0.30f;  // enough
+  fixture.crossing(2) = 0.11f;  // 0.1 m lacking
+  fixture.crossing(3) = -5.0f;
+  const auto cost = fixture.cost_of(CrossingCost(profile), context_at_origin());
+  EXPECT_EQ(cost[0], 0.0f);
+  EXPECT_EQ(cost[1], 0.0f);
+  EXPECT_NEAR(cost[2], 10.0f * 1.4f, 1e-4f);
+  EXPECT_NEAR(cost[3], 50.0f, 1e-4f);
+}
+
+TEST(SpeedCost, SquareOfTheExcess) {
+  Profile profile;
+  profile.speed_weight = 2.0;
+  BatchFixture fixture(1, 2);
+  fixture.at(0, kernels::kVx, 0) = 6.0f;
+  fixture.at(0, kernels::kVy, 0) = 8.0f;
+  fixture.at(0, kernels::kVx, 1) = 6.9f;
+  const auto cost = fixture.cost_of(SpeedCost(profile), context_at_origin());
+  EXPECT_NEAR(cost[0], 2.0f * 9.0f, 1e-4f);
+  EXPECT_EQ(cost[1], 0.0f);
+}
+
+TEST(BodyRateCost, SquareOfTheExcess) {
+  Profile profile;
+  profile.body_rate_limit_rad_s = 9;
+  BatchFixture fixture(1, 1);
+  fixture.at(0, kernels::kWz, 0) = -11.0f;
+  EXPECT_NEAR(fixture.cost_of(BodyRateCost(profile), context_at_origin())[0], 4.0f, 1e-4f);
+}
+
+TEST(AltitudeCost, MetresOutside) {
+  Profile profile;
+  profile.altitude_weight = 20;
+  profile.altitude_min_m = 0.5;
+  profile.altitude_max_m = 3.0;
+  BatchFixture fixture(2, 1);
+  fixture.at(0, kernels::kPz, 0) = 0.2f;
+  fixture.at(1, kernels::kPz, 0) = 3.5f;
+  EXPECT_NEAR(fixture.cost_of(AltitudeCost(profile), context_at_origin())[0], 20.0f * 0.8f, 1e-4f);
+}
+
+TEST(Terms, OnlyThoseWithWeightAreThere) {
+  Profile profile;
+  EXPECT_EQ(make_terms(profile).size(), 7u);
+  profile.crossing_weight = 0;
+  profile.body_rate_weight = 0;
+  for (const auto& term : make_terms(profile)) {
+    EXPECT_NE(term->name(), "crossing");
+    EXPECT_NE(term->name(), "body_rate");
+  }
+}
+
+}  // namespace
+}  // namespace gatefield::planner

@@ -1,0 +1,189 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "server/planner/planner.h"
+#include "tests/support/allocation_trap.h"
+#include "tests/support/analytic_field.h"
+
+namespace gatefield::planner {
+namespace {
+
+using test::AnalyticField;
+using test::upright_gate;
+
+Profile small_profile() {
+  Profile profile;
+  profile.samples = 512;
+  profile.control_rate_hz = 50;
+  return profile;
+}
+
+std::unique_ptr<Planner> make(const Profile& profile, std::uint64_t seed = 1) {
+  auto planner = Planner::create(profile, QuadrotorModel{}, GateShape{}, kGuideConeAngle_rad, seed);
+  EXPECT_TRUE(planner.ok());
+  return std::move(planner).value();
+}
+
+QuadrotorState hovering_at(const Eigen::Vector3d& p_WB) {
+  QuadrotorState state;
+  state.p_WB = p_WB;
+  state.thrust_n = state.thrust_command_n = hover_thrust_n(QuadrotorModel{});
+  return state;
+}
+
+PlanInput towards(const Eigen::Isometry3d& X_WG, const Field* field, const QuadrotorState& state) {
+  PlanInput input;
+  input.start = state;
+  input.target.center_W = X_WG.translation();
+  input.target.axis_W = X_WG.linear().col(0);
+  input.target.seen = field != nullptr;
+  input.target.field = field;
+  input.has_next = true;
+  input.next.center_W = X_WG.translation() + 8.0 * X_WG.linear().col(0);
+  input.next.axis_W = X_WG.linear().col(0);
+  return input;
+}
+
+/// Flies the reference dynamics under the planner's plans until the gate's plane is crossed. @return where, in the gate
+/// frame.
+Eigen::Vector3d fly_through(Planner& planner, const Eigen::Isometry3d& X_WG, const Field* field, QuadrotorState state) {
+  const QuadrotorModel model;
+  Plan plan;
+  for (int tick = 0; tick < 150; ++tick) {
+    PlanInput input = towards(X_WG, field, state);
+    input.step = static_cast<std::uint64_t>(tick);
+    input.elapsed_s = tick > 0 ? 0.02 : 0.0;
+    input.speed_limit_m_s = 6.0;
+    planner.plan(input, &plan);
+    EXPECT_TRUE(plan.ok);
+    for (int ms = 0; ms < 20; ++ms) {
+      const double before = (X_WG.inverse() * state.p_WB).x();
+      state = step_reference(model, state, plan.thrust_rate_n_s[0], 1e-3);
+      const Eigen::Vector3d p_G = X_WG.inverse() * state.p_WB;
+      if (before < 0 && p_G.x() >= 0) return p_G;
+    }
+  }
+  return {-1, 0, 0};
+}
+
+TEST(Mppi, FliesThroughAGateThatTheFieldShows) {
+  const Eigen::Isometry3d X_WG = upright_gate({5, 0.6, 1.8}, 0.5);
+  const AnalyticField field(X_WG);
+  const auto planner = make(small_profile());
+  const Eigen::Vector3d crossing_G = fly_through(*planner, X_WG, &field, hovering_at({0, 0, 1.5}));
+  EXPECT_GE(crossing_G.x(), 0.0);
+  EXPECT_LT(std::max(std::abs(crossing_G.y()), std::abs(crossing_G.z())), 0.5 - 0.13);
+}
+
+TEST(Mppi, FliesThroughAGateTurnedBySixtyDegrees) {
+  const Eigen::Isometry3d X_WG = upright_gate({6, 0, 1.5}, 1.05);
+  const AnalyticField field(X_WG);
+  const auto planner = make(small_profile());
+  const Eigen::Vector3d crossing_G = fly_through(*planner, X_WG, &field, hovering_at({0, 0, 1.5}));
+  EXPECT_GE(crossing_G.x(), 0.0);
+  EXPECT_LT(std::max(std::abs(crossing_G.y()), std::abs(crossing_G.z())), 0.5 - 0.13);
+}
+
+TEST(Mppi, TheSameSeedGivesTheSameBitsAndAnotherOneDoesNot) {
+  const Eigen::Isometry3d X_WG = upright_gate({5, 0, 1.5}, 0);
+  const AnalyticField field(X_WG);
+  const auto run = [&](std::uint64_t seed) {
+    const auto planner = make(small_profile(), seed);
+    Plan plan;
+    PlanInput input = towards(X_WG, &field, hovering_at({0, 0, 1.5}));
+    for (std::uint64_t step = 0; step < 5; ++step) {
+      input.step = step;
+      input.elapsed_s = 0.02;
+      planner->plan(input, &plan);
+    }
+    return plan.thrust_rate_n_s[0];
+  };
+  EXPECT_EQ(run(7), run(7));
+  EXPECT_NE(run(7), run(8));
+}
+
+TEST(Mppi, HoldStaysAtThePoint) {
+  const auto planner = make(small_profile());
+  const QuadrotorModel model;
+  QuadrotorState state = hovering_at({0.5, 0, 1.5});
+  Plan plan;
+  for (int tick = 0; tick < 200; ++tick) {
+    PlanInput input;
+    input.start = state;
+    input.hold = true;
+    input.target.center_W = {0, 0, 1.5};
+    input.step = static_cast<std::uint64_t>(tick);
+    input.elapsed_s = 0.02;
+    planner->plan(input, &plan);
+    for (int ms = 0; ms < 20; ++ms) state = step_reference(model, state, plan.thrust_rate_n_s[0], 1e-3);
+  }
+  EXPECT_LT((state.p_WB - Eigen::Vector3d(0, 0, 1.5)).norm(), 0.6);
+  EXPECT_LT(state.v_WB.norm(), 2.0);
+}
+
+TEST(Mppi, PlansStayWithinTheVehiclesLimits) {
+  const Eigen::Isometry3d X_WG = upright_gate({5, 0, 4}, 0);
+  Profile profile = small_profile();
+  profile.noise_sigma_n_s = {100, 100, 100, 100};
+  const auto planner = make(profile);
+  const QuadrotorModel model;
+  Plan plan;
+  PlanInput input = towards(X_WG, nullptr, hovering_at({0, 0, 1.5}));
+  planner->plan(input, &plan);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(plan.steps); ++k) {
+    EXPECT_LE(plan.thrust_rate_n_s[k].cwiseAbs().maxCoeff(), model.thrust_rate_max_n_s + 1e-6);
+    EXPECT_LE(plan.state[k].thrust_command_n.maxCoeff(), model.thrust_max_n + 1e-9);
+    EXPECT_GE(plan.state[k].thrust_command_n.minCoeff(), model.thrust_min_n - 1e-9);
+  }
+}
+
+TEST(Mppi, AStateThatIsNotFiniteGivesNoPlanAndNoCrash) {
+  const auto planner = make(small_profile());
+  Plan plan;
+  PlanInput input = towards(upright_gate({5, 0, 1.5}, 0), nullptr, hovering_at({0, 0, 1.5}));
+  input.start.p_WB.x() = std::numeric_limits<double>::quiet_NaN();
+  planner->plan(input, &plan);
+  EXPECT_FALSE(plan.ok);
+  input.start.p_WB.x() = 0;
+  planner->plan(input, &plan);
+  EXPECT_TRUE(plan.ok);
+  EXPECT_TRUE(plan.thrust_rate_n_s[0].allFinite());
+}
+
+TEST(Mppi, AStepAllocatesNothing) {
+  const Eigen::Isometry3d X_WG = upright_gate({1, 0, 1.5}, 0);
+  const AnalyticField field(X_WG);
+  const auto planner = make(small_profile());
+  Plan plan;
+  PlanInput input = towards(X_WG, &field, hovering_at({0, 0, 1.5}));
+  input.next.field = &field;
+  planner->plan(input, &plan);
+  test::AllocationTrap trap;
+  for (int i = 0; i < 3; ++i) planner->plan(input, &plan);
+  EXPECT_EQ(trap.count(), 0u);
+}
+
+TEST(Mppi, MoreCareNearAGateThatWasNotSeenForLong) {
+  // The same approach at 8 m/s, with a fresh and with an old field: the old one must slow down within the horizon.
+  const Eigen::Isometry3d X_WG = upright_gate({3.5, 0, 1.5}, 0);
+  const AnalyticField field(X_WG);
+  QuadrotorState state = hovering_at({0, 0, 1.5});
+  state.v_WB = {8, 0, 0};
+  const auto end_speed = [&](double age_s) {
+    const auto planner = make(small_profile());
+    Plan plan;
+    PlanInput input = towards(X_WG, &field, state);
+    input.speed_limit_m_s = 8;
+    input.field_age_s = age_s;
+    for (std::uint64_t step = 0; step < 12; ++step) {
+      input.step = step;
+      planner->plan(input, &plan);
+    }
+    return plan.state[19].v_WB.norm();
+  };
+  EXPECT_LT(end_speed(3.0), end_speed(0.0) - 0.5);
+}
+
+}  // namespace
+}  // namespace gatefield::planner
