@@ -656,7 +656,6 @@ Status generate_dataset(const std::filesystem::path& file, const DatasetOptions&
   constexpr std::uint64_t kChunk = 256;
   std::vector<Record> records(kChunk);
   const auto start = std::chrono::steady_clock::now();
-  auto reported = start;
   const std::uint64_t done_before = done;
   while (done < options.count) {
     const std::uint64_t count = std::min(kChunk, options.count - done);
@@ -674,10 +673,8 @@ Status generate_dataset(const std::filesystem::path& file, const DatasetOptions&
       return system_error(file, "can't be written");
     done += count;
 
-    const auto now = std::chrono::steady_clock::now();
-    if (progress && (now - reported > std::chrono::milliseconds(500) || done == options.count)) {
-      reported = now;
-      const double elapsed_s = std::chrono::duration<double>(now - start).count();
+    if (progress) {
+      const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       const double rate_hz = static_cast<double>(done - done_before) / std::max(elapsed_s, 1e-9);
       if (!progress({done, options.count, rate_hz, static_cast<double>(options.count - done) / rate_hz})) break;
     }
