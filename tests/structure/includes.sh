@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Holds the direction of the dependencies: which folder may include which, and which library only one folder may know.
+# usage: includes.sh SOURCE_FOLDER
+set -euo pipefail
+cd "$1"
+failed=0
+
+# forbid FOLDERS PATTERN WHY: no source file under the folders has an #include that matches.
+forbid() {
+  local hits
+  hits=$(grep -rnE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"]($2)" --include='*.h' --include='*.cpp' $1 2>/dev/null || true)
+  if [[ -n "$hits" ]]; then
+    printf 'Not allowed: %s\n%s\n\n' "$3" "$hits"
+    failed=1
+  fi
+}
+# outside FOLDER: every folder with sources but that one
+outside() { find common server client -mindepth 1 -maxdepth 1 -type d ! -path "$1" | sort | tr '\n' ' '; }
+
+forbid "common" '(server|client)/' 'common includes neither server nor client'
+forbid "server" 'client/|gatefield/sdk' 'the server never includes a client'
+forbid "client" 'server/' 'a client never includes the server'
+forbid "common server client" 'tests/|gtest|gmock' 'nothing in the product includes tests'
+forbid "$(outside common/dds)" 'fast(dds|rtps|cdr)/|generated/|gatefield_idl|gatefield(PubSubTypes)?\.h' 'only common/dds includes Fast DDS and generated wire types'
+forbid "$(outside server/training)" 'torch/|ATen/|c10/' 'only server/training includes libtorch'
+forbid "$(outside client/simulator)" 'mujoco/' 'only client/simulator includes MuJoCo'
+forbid "$(outside common/scene)" 'embree' 'only common/scene includes Embree'
+forbid "server/planner server/kernels common/geometry common/vehicle common/scene common/protocol" 'common/dds/|server/service/' \
+  'pure mathematics knows no middleware'
+forbid "server/planner" 'server/perception/' 'the planner knows the field only through its own interface'
+forbid "server/service" 'common/dds/' 'the service knows DDS only through an interface'
+forbid "client/sdk" 'spdlog|google/protobuf|opencv2' 'the SDK needs Fast DDS and Eigen only'
+
+[[ $failed -eq 0 ]] && echo "Includes: every one goes the right way."
+exit $failed
