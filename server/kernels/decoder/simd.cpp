@@ -47,7 +47,7 @@ constexpr std::size_t kLanes = hn::MaxLanes(D());
 // hide the latency of the multiplier (8 to 10), few enough to stay within the register file together with a weight and
 // the inputs.
 #if HWY_TARGET <= HWY_AVX3 || HWY_TARGET == HWY_NEON
-constexpr std::size_t kVectors = 3, kNeurons = 8;  // 32 registers
+constexpr std::size_t kVectors = 2, kNeurons = 8;  // 32 registers
 #elif HWY_TARGET == HWY_AVX2
 constexpr std::size_t kVectors = 3, kNeurons = 4;  // 16 registers
 #else
