@@ -36,10 +36,11 @@ function(gatefield_library name)
   endif()
 endfunction()
 
-# gatefield_program(<name> SOURCES ... LIBRARIES ...)
+# gatefield_program(<name> SOURCES ... LIBRARIES ...): a program for people, in <build>/bin
 function(gatefield_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} gatefield_flags)
 endfunction()
