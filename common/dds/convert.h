@@ -9,8 +9,9 @@
 /// to_wire copies; texts longer than their bound are cut (validate() refuses them before they get here).
 /// from_wire converts, then runs protocol::validate, then normalises quaternions: what it calls good may be used
 /// without another look. It fills `out` as far as it can even when it refuses, so that a refusal can name the vehicle.
-/// Nothing here throws on hostile content; sizes are bounded by the sample that was received. Thread-safe: yes.
-/// Real-time safe: yes once `out` has held a sample of the same size.
+/// Nothing here throws on hostile content; sizes are bounded by the sample that was received.
+///
+/// Thread-safe: yes.   Real-time safe: yes once `out` has held a sample of the same size.
 namespace gatefield::dds {
 
 void to_wire(const protocol::SessionRequest& in, wire::SessionRequest* out);

@@ -41,6 +41,7 @@ class ServerHandler {
 
 /// The planning server's end of the wire: one participant, readers for what clients say, writers for what they are
 /// told, one command writer per vehicle in a partition of its own, so that no client gets another vehicle's commands.
+///
 /// Thread-safe: yes.   Real-time safe: publish(ThrustRateCommand) does not allocate in this layer after the first call
 /// per vehicle, but makes system calls; the others no.
 class ServerEndpoint {

@@ -8,11 +8,9 @@ namespace gatefield::dds {
 
 /// A generated type made safe against what others send and against our own threads. Needed with fastddsgen 2.3 because
 ///  - generated deserialize() lets every exception but one out (std::bad_alloc, a bool that is neither 0 nor 1, a
-///  missing
-///    encapsulation), and it runs on the middleware's threads, where an exception ends the program;
-///  - generated getKey() shares one buffer among all readers and writers of a participant, and several control threads
-///  publish
-///    at once;
+///    missing encapsulation), and it runs on the middleware's threads, where an exception ends the program;
+///  - generated getKey() shares one buffer among all readers and writers of a participant, while several control
+///    threads publish at once;
 ///  - generated getKey() throws when a name is longer than its bound.
 template <typename Generated>
 class WireType : public Generated {

@@ -1,0 +1,362 @@
+#include "gatefield/sdk/client.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
+#include <random>
+#include <vector>
+
+#include "client/sdk/fallback.h"
+#include "client/sdk/plan_player.h"
+#include "client/sdk/session_logic.h"
+#include "common/base/mailbox.h"
+#include "common/dds/client_endpoint.h"
+#include "common/protocol/validate.h"
+
+namespace gatefield::sdk {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kResendState = 20ms;
+constexpr auto kResendDepth = 160ms;
+constexpr auto kMaxRoundTrip = 60s;  // what the wire takes; a longer one is a pause, not a delay
+
+Stamp wall_now() { return MonotonicClock().now(); }
+
+// Two clients, or two starts of one, must not have the same request numbers.
+std::uint64_t fresh_number() {
+  std::random_device device;
+  std::uint64_t number = 0;
+  while (number == 0) number = (std::uint64_t{device()} << 32) | device();
+  return number;
+}
+
+// The last 4096 values of something, and their quantiles.
+class Window {
+ public:
+  void add(double value) {
+    if (values_.size() < kSize)
+      values_.push_back(value);
+    else
+      values_[next_] = value;
+    next_ = (next_ + 1) % kSize;
+  }
+  double quantile(double q) const {
+    if (values_.empty()) return 0.0;
+    std::vector<double> sorted = values_;
+    const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(sorted.size() - 1) + 0.5);
+    std::nth_element(sorted.begin(), nth, sorted.end());
+    return *nth;
+  }
+
+ private:
+  static constexpr std::size_t kSize = 4096;
+  std::vector<double> values_;
+  std::size_t next_ = 0;
+};
+
+class DdsClient final : public Client, private dds::ClientHandler {
+ public:
+  explicit DdsClient(const Options& options) : options_(options), logic_(fresh_number()), fallback_(options.quadrotor) {
+    frame_.vehicle = options.vehicle;
+    last_state_.vehicle = options.vehicle;
+  }
+
+  Status join() {
+    if (auto good = protocol::validate(request(logic_.request())); !good) return good;
+    auto endpoint = dds::ClientEndpoint::create(options_.domain, options_.vehicle, this);
+    if (!endpoint.ok()) return Error{endpoint.error()};
+    endpoint_ = std::move(endpoint).value();
+
+    const Stamp deadline = wall_now() + options_.connect_timeout;
+    std::unique_lock lock(mutex_);
+    while (logic_.phase() == SessionLogic::Phase::kJoining) {
+      const Stamp now = wall_now();
+      if (now >= deadline) {
+        if (!logic_.reason().empty()) return Error{logic_.reason()};
+        return Error{"no planning server answered in DDS domain " + std::to_string(options_.domain) + " within " +
+                     std::to_string(options_.connect_timeout.count()) +
+                     " ms, expected a gatefield-server in that domain on this network"};
+      }
+      if (logic_.request_due(now)) {
+        const auto due = request(logic_.request());
+        lock.unlock();
+        if (auto sent = endpoint_->publish(due); !sent) return sent;
+        lock.lock();
+      }
+      changed_.wait_for(lock, std::min<Stamp>(deadline - now, 20ms));
+    }
+    if (logic_.phase() == SessionLogic::Phase::kFailed) return Error{logic_.reason()};
+    return {};
+  }
+
+  /// Leaves the session.
+  ~DdsClient() override {
+    if (!endpoint_) return;
+    bool joined = false;
+    protocol::SessionRequest goodbye;
+    {
+      const std::lock_guard lock(mutex_);
+      joined = logic_.phase() == SessionLogic::Phase::kJoined;
+      goodbye = request(logic_.request());
+    }
+    goodbye.action = protocol::SessionRequest::Action::kLeave;
+    // When this can't be sent, the withdrawal that follows or the lease says the same.
+    if (joined) static_cast<void>(endpoint_->publish(goodbye));
+    endpoint_.reset();  // no callback comes after this
+  }
+
+  protocol::SessionReply session() const override {
+    const std::lock_guard lock(mutex_);
+    return logic_.session();
+  }
+
+  std::uint64_t send_depth(Stamp stamp, std::span<const float> depth_m) override {
+    return send_pixels(stamp, protocol::DepthEncoding::kMetres32, depth_m.size(), depth_m.data());
+  }
+
+  std::uint64_t send_depth_mm(Stamp stamp, std::span<const std::uint16_t> depth_mm) override {
+    return send_pixels(stamp, protocol::DepthEncoding::kMillimetres16, depth_mm.size(), depth_mm.data());
+  }
+
+  std::uint64_t send_state(Stamp stamp, const QuadrotorState& state, bool thrust_known) override {
+    const Stamp now = wall_now();
+    const std::lock_guard sending(state_mutex_);
+    protocol::SessionRequest again;
+    bool due = false;
+    {
+      const std::lock_guard lock(mutex_);
+      logic_.on_state_sent(now);
+      due = logic_.request_due(now);
+      if (due) again = request(logic_.request());
+      last_state_.session = logic_.session().session;
+      last_state_.round_trip = newest_round_trip_;
+      last_state_.heard_waypoint = heard_waypoint_;
+      last_state_.heard_lap = heard_lap_;
+      ++last_state_.sequence;
+      sent_[last_state_.sequence % sent_.size()] = {last_state_.sequence, now};
+    }
+    if (due) static_cast<void>(endpoint_->publish(again));
+    last_state_.stamp = stamp;
+    last_state_.state = state;
+    last_state_.thrust_known = thrust_known;
+    last_state_.depth_sequence = depth_sequence_.load(std::memory_order_acquire);
+    endpoint_->publish(last_state_);
+    return last_state_.sequence;
+  }
+
+  std::optional<protocol::ThrustRateCommand> newest() override {
+    const std::lock_guard lock(mutex_);
+    if (!command_fresh_) return std::nullopt;
+    command_fresh_ = false;
+    return command_;
+  }
+
+  std::optional<protocol::ThrustRateCommand> wait_for_answer(std::uint64_t state_sequence,
+                                                             std::chrono::milliseconds timeout) override {
+    const Stamp start = wall_now();
+    const Stamp deadline = start + timeout;
+    Stamp next_state = start + kResendState;
+    Stamp next_depth = start + kResendDepth;
+    std::unique_lock lock(mutex_);
+    const auto answered = [&] { return command_valid_ && command_.answers_sequence == state_sequence; };
+    while (!answered()) {
+      const Stamp now = wall_now();
+      if (now >= deadline) return std::nullopt;
+      if (now < next_state) {
+        changed_.wait_for(lock, std::min(next_state, deadline) - now);
+        continue;
+      }
+      const bool new_session = logic_.on_state_sent(now) || logic_.session().session != frame_session_.load();
+      const std::uint64_t session = logic_.session().session;
+      const bool due = logic_.request_due(now);
+      protocol::SessionRequest again;
+      if (due) again = request(logic_.request());
+      lock.unlock();
+      if (due) static_cast<void>(endpoint_->publish(again));
+      // A server that is new to us has never seen the frame that the state names, and one that was slow to match may
+      // have missed it.
+      if (new_session || now >= next_depth) {
+        resend_depth(session);
+        next_depth = now + kResendDepth;
+      }
+      resend_state(session, state_sequence);
+      next_state = now + kResendState;
+      lock.lock();
+    }
+    return command_;
+  }
+
+  Setpoint play(Stamp now, const QuadrotorState& state) override {
+    if (const protocol::ThrustRateCommand* command = play_box_.read()) player_.take(*command);
+    if (const auto setpoint = player_.at(now)) {
+      fallback_.reset();
+      return *setpoint;
+    }
+    return fallback_.update(now, state);
+  }
+
+  LinkStatistics statistics() const override {
+    const std::lock_guard lock(mutex_);
+    LinkStatistics statistics;
+    statistics.commands = commands_;
+    statistics.rejected = rejected_;
+    statistics.reconnects = logic_.reconnects();
+    statistics.round_trip_p50_s = round_trips_.quantile(0.50);
+    statistics.round_trip_p99_s = round_trips_.quantile(0.99);
+    statistics.solve_p50_s = solves_.quantile(0.50);
+    statistics.solve_p99_s = solves_.quantile(0.99);
+    return statistics;
+  }
+
+  std::optional<protocol::Telemetry> telemetry() override {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(telemetry_, std::nullopt);
+  }
+
+ private:
+  protocol::SessionRequest request(std::uint64_t number) const {
+    protocol::SessionRequest request;
+    request.vehicle = options_.vehicle;
+    request.request = number;
+    request.timing = options_.timing;
+    request.profile = options_.profile;
+    request.seed = options_.seed;
+    request.speed_limit_m_s = options_.speed_limit_m_s;
+    request.quadrotor = options_.quadrotor;
+    request.camera = options_.camera;
+    request.course = options_.course;
+    return request;
+  }
+
+  std::uint64_t send_pixels(Stamp stamp, protocol::DepthEncoding encoding, std::size_t count, const void* pixels) {
+    const auto width_px = static_cast<std::uint32_t>(options_.camera.width_px);
+    const auto height_px = static_cast<std::uint32_t>(options_.camera.height_px);
+    if (count != std::size_t{width_px} * height_px) return 0;
+    const std::uint64_t current = session().session;
+    const std::lock_guard lock(depth_mutex_);
+    frame_.session = current;
+    ++frame_.sequence;
+    frame_.stamp = stamp;
+    frame_.width_px = width_px;
+    frame_.height_px = height_px;
+    frame_.encoding = encoding;
+    frame_.pixels.resize(count * protocol::bytes_per_pixel(encoding));
+    std::memcpy(frame_.pixels.data(), pixels, frame_.pixels.size());
+    endpoint_->publish(frame_);
+    frame_session_.store(current);
+    depth_sequence_.store(frame_.sequence, std::memory_order_release);
+    return frame_.sequence;
+  }
+
+  void resend_depth(std::uint64_t session) {
+    const std::lock_guard lock(depth_mutex_);
+    frame_session_.store(session);
+    if (frame_.sequence == 0) return;
+    frame_.session = session;
+    endpoint_->publish(frame_);
+  }
+
+  void resend_state(std::uint64_t session, std::uint64_t sequence) {
+    const std::lock_guard sending(state_mutex_);
+    if (last_state_.sequence != sequence) return;  // a newer one is out
+    last_state_.session = session;
+    endpoint_->publish(last_state_);
+  }
+
+  void on_reply(const protocol::SessionReply& reply) override {
+    {
+      const std::lock_guard lock(mutex_);
+      logic_.on_reply(reply, wall_now());
+    }
+    changed_.notify_all();
+  }
+
+  void on_command(const protocol::ThrustRateCommand& command) override {
+    {
+      const std::lock_guard lock(mutex_);
+      const SessionLogic::Heard heard = logic_.on_command(command);
+      if (heard == SessionLogic::Heard::kForeign) ++rejected_;
+      if (heard != SessionLogic::Heard::kNew) return;
+      ++commands_;
+      const Sent& sent = sent_[command.answers_sequence % sent_.size()];
+      if (sent.sequence == command.answers_sequence && command.answers_sequence > last_answered_) {
+        last_answered_ = command.answers_sequence;
+        newest_round_trip_ = std::min<Stamp>(wall_now() - sent.when, kMaxRoundTrip);
+        round_trips_.add(seconds(newest_round_trip_));
+      }
+      solves_.add(command.health.solve_time_s);
+      heard_waypoint_ = command.health.target_waypoint;
+      heard_lap_ = command.health.lap;
+      command_ = command;
+      command_valid_ = command_fresh_ = true;
+    }
+    // Of this reader's callbacks only one runs at a time, so the mailbox has one writer.
+    play_box_.write(command);
+    changed_.notify_all();
+  }
+
+  void on_telemetry(const protocol::Telemetry& telemetry) override {
+    const std::lock_guard lock(mutex_);
+    if (telemetry.session == logic_.session().session) telemetry_ = telemetry;
+  }
+
+  void on_rejected(dds::Topic topic, const std::string&) override {
+    if (topic != dds::Topic::kCommand) return;
+    const std::lock_guard lock(mutex_);
+    ++rejected_;
+  }
+
+  struct Sent {
+    std::uint64_t sequence = 0;
+    Stamp when{0};
+  };
+
+  const Options options_;
+
+  mutable std::mutex mutex_;  // all that follows, up to the next mutex
+  std::condition_variable changed_;
+  SessionLogic logic_;
+  protocol::ThrustRateCommand command_;
+  bool command_valid_ = false;
+  bool command_fresh_ = false;
+  std::optional<protocol::Telemetry> telemetry_;
+  std::array<Sent, 1024> sent_{};  // when each state went out, by its number
+  std::uint64_t last_answered_ = 0;
+  Stamp newest_round_trip_{0};
+  std::uint32_t heard_waypoint_ = 0;
+  std::uint32_t heard_lap_ = 0;
+  std::uint64_t commands_ = 0;
+  std::uint64_t rejected_ = 0;
+  Window round_trips_;
+  Window solves_;
+
+  std::mutex state_mutex_;  // taken before mutex_
+  protocol::VehicleState last_state_;
+
+  std::mutex depth_mutex_;
+  protocol::DepthFrame frame_;
+  std::atomic<std::uint64_t> depth_sequence_{0};
+  std::atomic<std::uint64_t> frame_session_{0};
+
+  // play() only; the mailbox is how commands get there without a lock.
+  Mailbox<protocol::ThrustRateCommand> play_box_;
+  PlanPlayer player_;
+  Fallback fallback_;
+
+  std::unique_ptr<dds::ClientEndpoint> endpoint_;  // last: goes first, and its callbacks with it
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Client>> Client::connect(const Options& options) {
+  auto client = std::make_unique<DdsClient>(options);
+  if (auto joined = client->join(); !joined) return Error{joined.error()};
+  return std::unique_ptr<Client>(std::move(client));
+}
+
+}  // namespace gatefield::sdk

@@ -1,0 +1,102 @@
+#include "client/sdk/fallback.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gatefield::sdk {
+namespace {
+
+constexpr double kMaxBrake_m_s2 = 5.0;  // 27 deg of tilt
+constexpr double kMaxClimb_m_s2 = 4.0;  // up and down
+constexpr double kMaxRate_rad_s = 8.0;  // asked for while levelling out
+constexpr double kThrustLag_s = 0.02;   // how fast the commanded thrust follows
+
+}  // namespace
+
+Fallback::Fallback(const QuadrotorModel& model) : model_(model) {
+  Eigen::Matrix4d wrench_from_thrust;
+  for (Eigen::Index i = 0; i < kRotors; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    wrench_from_thrust.col(i) << 1.0, model.rotor_position_B_m[k].y(), -model.rotor_position_B_m[k].x(),
+        model.rotor_spin[k] * model.torque_per_thrust_m;
+  }
+  // Least squares: a layout that cannot make some torque still gets the others.
+  thrust_from_wrench_ = wrench_from_thrust.completeOrthogonalDecomposition().pseudoInverse();
+
+  rate_gain_s_ = std::min(20.0, 0.5 / model.rotor_time_constant_s);
+  attitude_gain_s_ = rate_gain_s_ / 3;
+  velocity_gain_s_ = std::min(2.0, attitude_gain_s_ / 3);
+  height_gain_s2_ = velocity_gain_s_ * velocity_gain_s_ / 4;  // critically damped
+}
+
+Eigen::Vector4d Fallback::mix(double collective_n, const Eigen::Vector3d& torque_B) const noexcept {
+  Eigen::Vector4d wrench(0, torque_B.x(), torque_B.y(), torque_B.z());
+  Eigen::Vector4d turn_n = thrust_from_wrench_ * wrench;
+  // What does not fit between the limits at any collective is scaled down...
+  const double spread_n = turn_n.maxCoeff() - turn_n.minCoeff();
+  const double room_n = model_.thrust_max_n - model_.thrust_min_n;
+  if (spread_n > room_n) turn_n *= room_n / spread_n;
+  Eigen::Vector4d thrust_n = collective_n * thrust_from_wrench_.col(0) + turn_n;
+  // ...and the collective gives way to it: an upright vehicle can make up for height, a tumbling one can't.
+  if (const double low_n = model_.thrust_min_n - thrust_n.minCoeff(); low_n > 0)
+    thrust_n.array() += low_n;
+  else if (const double high_n = thrust_n.maxCoeff() - model_.thrust_max_n; high_n > 0)
+    thrust_n.array() -= high_n;
+  return thrust_n.cwiseMax(model_.thrust_min_n).cwiseMin(model_.thrust_max_n);
+}
+
+Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
+  if (!began_) {
+    began_ = now;
+    hold_z_m_ = state.p_WB.z();
+  }
+  const double sinking_s = std::max(0.0, seconds(now - *began_ - kHold));
+  const double goal_z_m = hold_z_m_ - kDescent_m_s * sinking_s;
+  const double goal_vz_m_s = sinking_s > 0 ? -kDescent_m_s : 0.0;
+
+  Eigen::Vector3d a_W = -velocity_gain_s_ * state.v_WB;
+  a_W.z() = velocity_gain_s_ * (goal_vz_m_s - state.v_WB.z()) + height_gain_s2_ * (goal_z_m - state.p_WB.z());
+  a_W.z() = std::clamp(a_W.z(), -kMaxClimb_m_s2, kMaxClimb_m_s2);
+  if (const double brake = a_W.head<2>().norm(); brake > kMaxBrake_m_s2) a_W.head<2>() *= kMaxBrake_m_s2 / brake;
+
+  const Eigen::Matrix3d R_WB = state.q_WB.normalized().toRotationMatrix();
+  // Drag helps to brake; only along z it would take height away.
+  const Eigen::Vector3d drag_W = R_WB * model_.drag_kg_s.cwiseProduct(R_WB.transpose() * state.v_WB);
+  Eigen::Vector3d f_W = model_.mass_kg * (a_W + Eigen::Vector3d(0, 0, kGravity_m_s2));
+  f_W.z() += drag_W.z();
+  f_W.z() = std::max(f_W.z(), 0.1 * model_.mass_kg * kGravity_m_s2);  // never ask to fly upside down
+
+  // The short way from the body's z axis (0, 0, 1) to the wanted one, both in B.
+  const Eigen::Vector3d up_B = R_WB.transpose() * f_W.normalized();
+  const Eigen::Vector2d axis_B(-up_B.y(), up_B.x());
+  const double sine = axis_B.norm();
+  const double angle = std::atan2(sine, up_B.z());
+  Eigen::Vector3d w_goal_B = Eigen::Vector3d::Zero();
+  if (sine > 1e-6)
+    w_goal_B.head<2>() = attitude_gain_s_ * angle / sine * axis_B;
+  else if (up_B.z() < 0)
+    w_goal_B.x() = attitude_gain_s_ * angle;
+  if (const double rate = w_goal_B.norm(); rate > kMaxRate_rad_s) w_goal_B *= kMaxRate_rad_s / rate;
+
+  const Eigen::Vector3d& J = model_.inertia_kg_m2;
+  const Eigen::Vector3d& w_B = state.w_WB_B;
+  Eigen::Vector3d torque_B = J.cwiseProduct(rate_gain_s_ * (w_goal_B - w_B)) + w_B.cross(J.cwiseProduct(w_B));
+  // Yaw has the least authority and matters least: it must not use up what roll and pitch need.
+  const double yaw_limit = 0.2 * model_.torque_per_thrust_m * kRotors * model_.thrust_max_n;
+  torque_B.z() = std::clamp(torque_B.z(), -yaw_limit, yaw_limit);
+
+  // While the vehicle lies on its side or back, thrust pushes the wrong way: only as much as points up.
+  const double collective_n = std::max(0.0, f_W.dot(R_WB.col(2)));
+
+  Setpoint setpoint;
+  setpoint.source = Setpoint::Source::kFallback;
+  setpoint.rotor_thrust_n = mix(collective_n, torque_B);
+  setpoint.collective_thrust_n = setpoint.rotor_thrust_n.sum();
+  setpoint.body_rates_rad_s = w_goal_B;
+  setpoint.thrust_rate_n_s = ((setpoint.rotor_thrust_n - state.thrust_command_n) / kThrustLag_s)
+                                 .cwiseMax(-model_.thrust_rate_max_n_s)
+                                 .cwiseMin(model_.thrust_rate_max_n_s);
+  return setpoint;
+}
+
+}  // namespace gatefield::sdk

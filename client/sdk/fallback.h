@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <optional>
+
+#include "common/vehicle/quadrotor.h"
+#include "gatefield/sdk/client.h"
+
+namespace gatefield::sdk {
+
+/// What the vehicle does by itself when the plan has run out: level out, brake and hold the height for kHold, then
+/// descend at kDescent_m_s until it is told otherwise (the ground included: whoever owns the motors switches them off
+/// there).
+///
+/// A cascade, each stage at most a third as fast as the one it drives, so that slow rotors get slow gains:
+///   acceleration  a_xy = -k_v v_xy, |a_xy| <= kMaxBrake; a_z = k_v (vz* - vz) + k_p (z* - z), limited
+///   thrust        f = m (a + g e_z) + what drag takes along z
+///   attitude      z_B onto f / |f| the short way: w* = k_R angle axis, yaw rate 0
+///   torque        tau = J k_w (w* - w) + w x J w
+///   rotors        T = mixer^-1 (f . z_B, tau), torque before collective at the limits
+///   input         u = (T - T_command) / kThrustLag, clamped
+///
+/// After geometric control on SE(3) by Lee, Leok and McClamroch (CDC 2010), with the attitude reduced to the direction
+/// of thrust: yaw has no goal here, and the error has no singularity but at 180 deg, where the body's x axis is taken.
+///
+/// Thread-safe: no.   Real-time safe: yes.
+class Fallback {
+ public:
+  static constexpr std::chrono::milliseconds kHold{3000};
+  static constexpr double kDescent_m_s = 0.5;
+
+  /// @pre validate(model).ok()
+  explicit Fallback(const QuadrotorModel& model);
+
+  /// A plan is flown: the next update() begins anew.
+  void reset() noexcept { began_.reset(); }
+
+  /// @param state  with thrust_command_n as what the rotors are asked for now
+  Setpoint update(Stamp now, const QuadrotorState& state) noexcept;
+
+ private:
+  Eigen::Vector4d mix(double collective_n, const Eigen::Vector3d& torque_B) const noexcept;
+
+  QuadrotorModel model_;
+  Eigen::Matrix4d thrust_from_wrench_;  // (collective, torque_B) -> rotor thrusts
+  double rate_gain_s_, attitude_gain_s_, velocity_gain_s_, height_gain_s2_;
+  std::optional<Stamp> began_;
+  double hold_z_m_ = 0.0;
+};
+
+}  // namespace gatefield::sdk

@@ -1,0 +1,78 @@
+#include "client/sdk/session_logic.h"
+
+namespace gatefield::sdk {
+
+bool SessionLogic::request_due(Stamp now) {
+  const bool wanted =
+      phase_ == Phase::kJoining || ((phase_ == Phase::kJoined || phase_ == Phase::kEnded) && silent(now));
+  if (!wanted || (next_request_ && now < *next_request_)) return false;
+  next_request_ = now + (phase_ == Phase::kJoining ? kRetry : kSilence);
+  return true;
+}
+
+bool SessionLogic::on_reply(const protocol::SessionReply& reply, Stamp now) {
+  if (reply.request != request_ || phase_ == Phase::kFailed) return false;
+  const bool ours = phase_ != Phase::kJoining && reply.server == session_.server;
+
+  if (reply.accepted) {
+    if (phase_ == Phase::kJoined && reply.session == session_.session && ours) return false;  // heard before
+    if (phase_ == Phase::kJoined && !ours) {
+      spare_ = reply;
+      return false;
+    }
+    adopt(reply);
+    return true;
+  }
+
+  if (phase_ == Phase::kJoining) {
+    reason_ = reply.reason;
+    if (reply.reason.starts_with("busy:")) {
+      ++request_;
+      if (request_ == 0) request_ = 1;
+      next_request_ = now + kBusyPause;
+    } else {
+      phase_ = Phase::kFailed;
+    }
+  } else if (ours) {
+    phase_ = Phase::kEnded;
+    reason_ = reply.reason;
+    if (spare_) {
+      adopt(*spare_);
+      return true;
+    }
+  } else if (spare_ && spare_->server == reply.server) {
+    spare_.reset();
+  }
+  return false;
+}
+
+bool SessionLogic::on_state_sent(Stamp now) {
+  if (!unanswered_since_) unanswered_since_ = now;
+  if (phase_ == Phase::kJoined && spare_ && silent(now)) {
+    adopt(*spare_);
+    unanswered_since_ = now;
+    return true;
+  }
+  return false;
+}
+
+SessionLogic::Heard SessionLogic::on_command(const protocol::ThrustRateCommand& command) {
+  if (phase_ == Phase::kJoining || phase_ == Phase::kFailed || command.session != session_.session)
+    return Heard::kForeign;
+  if (command.sequence <= last_command_) return Heard::kRepeated;
+  last_command_ = command.sequence;
+  unanswered_since_.reset();
+  return Heard::kNew;
+}
+
+void SessionLogic::adopt(const protocol::SessionReply& reply) {
+  if (phase_ != Phase::kJoining) ++reconnects_;
+  phase_ = Phase::kJoined;
+  session_ = reply;
+  spare_.reset();
+  reason_.clear();
+  last_command_ = 0;
+  unanswered_since_.reset();
+}
+
+}  // namespace gatefield::sdk

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/protocol/messages.h"
+
+namespace gatefield::sdk {
+
+/// The client's side of the session protocol, without a socket or a clock of its own: what comes in, and what to do
+/// about it.
+///
+/// joining --accepted--> joined --refused by our server--> ended --accepted--> joined
+///    |--busy--> joining, with a new request number after a pause
+///    '--refused--> failed
+///
+/// While joined, an acceptance of the same request with another session number comes
+///   from a server of our server's name: it has restarted, and the new session is adopted;
+///   from another server: it is a spare, adopted when ours is silent for kSilence although states were sent.
+///
+/// A request is sent again every kRetry while joining, and every kSilence while the server is silent (servers answer a
+/// number that they know already with the same reply).
+///
+/// Thread-safe: no.
+class SessionLogic {
+ public:
+  static constexpr std::chrono::milliseconds kRetry{500};
+  static constexpr std::chrono::milliseconds kBusyPause{250};
+  static constexpr std::chrono::milliseconds kSilence{1000};
+
+  enum class Phase { kJoining, kJoined, kEnded, kFailed };
+
+  /// @param first_request  number of the first attempt, not 0; later attempts count on from it
+  explicit SessionLogic(std::uint64_t first_request) : request_(first_request) {}
+
+  Phase phase() const noexcept { return phase_; }
+  /// The number that the next request must carry.
+  std::uint64_t request() const noexcept { return request_; }
+  /// Why joining failed, or the newest "busy:" while it has not.
+  const std::string& reason() const noexcept { return reason_; }
+  /// The session in use. @pre joined once
+  const protocol::SessionReply& session() const noexcept { return session_; }
+  /// Sessions adopted after the first.
+  std::uint64_t reconnects() const noexcept { return reconnects_; }
+
+  /// True when a request is to be sent now; counts as sent.
+  bool request_due(Stamp now);
+
+  /// @return true when this reply made a new session the current one.
+  bool on_reply(const protocol::SessionReply& reply, Stamp now);
+
+  /// A state goes out. @return true when the spare server's session was adopted before it.
+  bool on_state_sent(Stamp now);
+
+  /// kNew: of the session and newer than the last one. kRepeated: of the session, heard before. kForeign: of another
+  /// session.
+  enum class Heard { kNew, kRepeated, kForeign };
+  Heard on_command(const protocol::ThrustRateCommand& command);
+
+ private:
+  void adopt(const protocol::SessionReply& reply);
+  bool silent(Stamp now) const { return unanswered_since_ && now - *unanswered_since_ >= kSilence; }
+
+  Phase phase_ = Phase::kJoining;
+  std::uint64_t request_;
+  std::string reason_;
+  protocol::SessionReply session_;
+  std::optional<protocol::SessionReply> spare_;
+  std::uint64_t reconnects_ = 0;
+  std::uint64_t last_command_ = 0;
+  std::optional<Stamp> next_request_;  // empty: at once
+  std::optional<Stamp> unanswered_since_;
+};
+
+}  // namespace gatefield::sdk
