@@ -73,7 +73,8 @@ QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState&
 /// Over dt: (1) rotors exactly (step_rotors); with the mean of old and new thrust: (2) body rates, explicit torque and
 /// gyroscopic term at the old rates; (3) attitude by the exponential map of the mean body rate; (4) velocity with the
 /// thrust along the mid-step attitude and drag at the old velocity; (5) position by the mean of old and new velocity.
-/// Error against step_reference over a fixed time is O(dt) (drag and gyroscopic term at the old values); at dt = 0.03 s and 6 rad/s a few cm over 0.6 s.
+/// Error against step_reference over a fixed time is O(dt) (drag and gyroscopic term at the old values);
+/// at dt = 0.03 s and 6 rad/s a few cm over 0.6 s.
 QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u,
                             double dt_s) noexcept;
 
