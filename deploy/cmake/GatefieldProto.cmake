@@ -17,7 +17,7 @@ function(gatefield_proto_library name)
       OUTPUT ${made}
       COMMAND protobuf::protoc --cpp_out=${out} --proto_path=${PROJECT_SOURCE_DIR} ${folder}/${proto}
       WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-      DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${proto}
+      DEPENDS ${ARG_PROTOS} # they may import each other
       COMMENT "protoc ${folder}/${proto}"
       VERBATIM)
     list(APPEND sources ${made})

@@ -1,0 +1,56 @@
+#include "client/simulator/depth_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+
+#include "client/simulator/canvas.h"
+#include "common/config/frame.h"
+
+namespace gatefield::simulator {
+
+Status write_depth_picture(const std::filesystem::path& file, const Snapshot& snapshot, const std::string& title) {
+  const scene::DepthImage& depth = snapshot.depth;
+  cv::Mat colors(depth.height_px, depth.width_px, CV_8UC3, cv::Scalar(0, 0, 0));
+  for (int v = 0; v < depth.height_px; ++v)
+    for (int u = 0; u < depth.width_px; ++u) {
+      const float depth_m = depth.depth_m[static_cast<std::size_t>(v * depth.width_px + u)];
+      if (!(depth_m > 0)) continue;
+      const cv::Scalar color = ramp_color(depth_m / snapshot.camera.max_depth_m);
+      colors.at<cv::Vec3b>(v, u) = {static_cast<std::uint8_t>(color[0]), static_cast<std::uint8_t>(color[1]),
+                                    static_cast<std::uint8_t>(color[2])};
+    }
+  constexpr double kWidth_px = 960;
+  const double height_px = kWidth_px * depth.height_px / depth.width_px;
+  Canvas canvas(1120, static_cast<int>(height_px) + 110);
+  canvas.text(title, {40, 44}, 14, {70, 60, 50}, Align::kLeft, true);
+  canvas.image(colors, {40, 70}, kWidth_px, height_px);
+  draw_color_bar(&canvas, {1025, 100}, 20, height_px - 30, 0.0, snapshot.camera.max_depth_m, "depth [m]");
+
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", canvas.finish(), bytes);
+  return write_whole(file, bytes.data(), bytes.size());
+}
+
+Status save_frame(const std::filesystem::path& folder, const Snapshot& snapshot, const scene::World& world) {
+  const scene::DepthImage& depth = snapshot.depth;
+  cv::Mat image(depth.height_px, depth.width_px, CV_16UC1);
+  std::transform(depth.depth_m.begin(), depth.depth_m.end(), image.begin<std::uint16_t>(), [](float depth_m) {
+    return static_cast<std::uint16_t>(std::clamp(std::lround(depth_m * 1000.0f), 0L, 65535L));
+  });
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", image, bytes);
+  if (auto status = write_whole(folder / "depth.png", bytes.data(), bytes.size()); !status) return status;
+
+  const scene::Gate& gate = world.gates[static_cast<std::size_t>(snapshot.gate)];
+  config::SavedFrame frame;
+  frame.depth_file = "depth.png";
+  frame.camera = snapshot.camera;
+  frame.X_WC = snapshot.X_WC;
+  frame.gate = config::SavedFrame::TrueGate{gate.X_WG, gate.shape};
+  frame.time_s = snapshot.t_s;
+  const std::string text = config::frame_text(frame);
+  return write_whole(folder / "frame.txt", text.data(), text.size());
+}
+
+}  // namespace gatefield::simulator

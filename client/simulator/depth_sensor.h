@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/base/random.h"
+#include "common/geometry/camera.h"
+#include "common/scene/depth_camera.h"
+#include "common/scene/sensor_noise.h"
+
+namespace gatefield::simulator {
+
+/// The vehicle's depth camera: what it would see of the true world, with the sensor's noise.
+/// Thread-safe: no (one thread at a time).   Real-time safe: no.
+class DepthSensor {
+ public:
+  DepthSensor(const scene::World& world, const CameraModel& camera, const scene::SensorNoise& noise,
+              std::uint64_t seed);
+
+  /// Takes a frame from the given pose of the body; valid until the next call. Same sequence of calls, same images.
+  const scene::DepthImage& capture(const Eigen::Isometry3d& X_WB);
+  /// The last frame in millimetres, 0 = no return, as an active stereo camera delivers it.
+  const std::vector<std::uint16_t>& millimetres();
+
+ private:
+  scene::DepthCamera renderer_;
+  CameraModel camera_;
+  scene::SensorNoise noise_;
+  Random random_;
+  scene::DepthImage clean_;
+  scene::SurfaceImage surface_;
+  scene::DepthImage noisy_;
+  std::vector<std::uint16_t> depth_mm_;
+};
+
+}  // namespace gatefield::simulator

@@ -1,0 +1,248 @@
+#include "client/simulator/flight_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "client/simulator/canvas.h"
+
+namespace gatefield::simulator {
+namespace {
+
+const cv::Scalar kInk(70, 60, 50);
+const cv::Scalar kFaint(236, 232, 228);
+const cv::Scalar kAxis(190, 184, 178);
+const cv::Scalar kFrame(92, 64, 40);
+const cv::Scalar kOpening(110, 170, 60);
+const cv::Scalar kNominal(0, 120, 240);
+const cv::Scalar kClutter(150, 150, 150);
+const cv::Scalar kBad(40, 40, 200);
+const cv::Scalar kGood(70, 140, 30);
+
+/// One view: two of the world's axes on a part of the sheet, at equal scale.
+class View {
+ public:
+  View(Canvas* canvas, const Eigen::Vector2d& top_left, const Eigen::Vector2d& size, int across, int up,
+       const Eigen::AlignedBox2d& shown)
+      : canvas_(canvas), across_(across), up_(up) {
+    scale_ = (size.array() / shown.sizes().array()).minCoeff();
+    center_ = shown.center();
+    middle_ = top_left + 0.5 * size;
+    top_left_ = middle_ - 0.5 * scale_ * shown.sizes();
+    bottom_right_ = middle_ + 0.5 * scale_ * shown.sizes();
+    shown_ = shown;
+  }
+
+  Eigen::Vector2d operator()(const Eigen::Vector3d& p_W) const {
+    return middle_ + scale_ * Eigen::Vector2d(p_W[across_] - center_.x(), center_.y() - p_W[up_]);
+  }
+  double scale() const { return scale_; }
+  Eigen::Vector2d top_left() const { return top_left_; }
+  Eigen::Vector2d bottom_right() const { return bottom_right_; }
+
+  void draw_axes(const std::string& title, const std::string& across, const std::string& up) const {
+    const double across_step = tick_step(shown_.sizes().x(), 12);
+    const double up_step =
+        shown_.sizes().y() > 0.5 * shown_.sizes().x() ? across_step : tick_step(shown_.sizes().y(), 4);
+    for (double v = std::ceil(shown_.min().x() / across_step) * across_step; v <= shown_.max().x() + 1e-9;
+         v += across_step) {
+      const double x = middle_.x() + scale_ * (v - center_.x());
+      canvas_->line({x, top_left_.y()}, {x, bottom_right_.y()}, kFaint, 1);
+      canvas_->text(tick_label(v, across_step), {x, bottom_right_.y() + 20}, 10, kInk, Align::kCenter);
+    }
+    for (double v = std::ceil(shown_.min().y() / up_step) * up_step; v <= shown_.max().y() + 1e-9; v += up_step) {
+      const double y = middle_.y() - scale_ * (v - center_.y());
+      canvas_->line({top_left_.x(), y}, {bottom_right_.x(), y}, kFaint, 1);
+      canvas_->text(tick_label(v, up_step), {top_left_.x() - 8, y + 5}, 10, kInk, Align::kRight);
+    }
+    canvas_->rectangle(top_left_, bottom_right_, kAxis, 1);
+    canvas_->text(title, top_left_ + Eigen::Vector2d(0, -12), 13, kInk, Align::kLeft, true);
+    canvas_->text(across, {middle_.x(), bottom_right_.y() + 44}, 11, kInk, Align::kCenter);
+    canvas_->vertical_text(up, {top_left_.x() - 48, middle_.y()}, 11, kInk);
+  }
+
+  void draw_box(const scene::Box& box, const cv::Scalar& color, double opacity) const {
+    std::vector<cv::Point2f> corners;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+      const Eigen::Vector2d p = (*this)(box.X_WO * box.half_m.cwiseProduct(sign).eval());
+      corners.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+    }
+    std::vector<cv::Point2f> hull;
+    cv::convexHull(corners, hull);
+    std::vector<Eigen::Vector2d> polygon;
+    for (const auto& p : hull) polygon.emplace_back(p.x, p.y);
+    canvas_->polygon(polygon, color, opacity);
+  }
+
+ private:
+  Canvas* canvas_;
+  int across_, up_;
+  double scale_;
+  Eigen::Vector2d center_, middle_, top_left_, bottom_right_;
+  Eigen::AlignedBox2d shown_;
+};
+
+/// Nearest point of the flight volume: a vehicle that ran away does not shrink the picture to nothing.
+Eigen::Vector3d inside(const config::Track& track, const Eigen::Vector3d& p_W) {
+  return p_W.cwiseMax(track.flight_volume.min()).cwiseMin(track.flight_volume.max());
+}
+
+/// Everything that must be seen, with a margin, but no more of the flight volume than needed.
+Eigen::AlignedBox3d shown_volume(const config::Scenario& scenario, const scene::World& world, const Report& report) {
+  Eigen::AlignedBox3d box;
+  for (const auto& gate : world.gates)
+    for (const auto& piece : scene::frame_boxes(gate)) {
+      box.extend(piece.X_WO.translation() - Eigen::Vector3d::Constant(piece.half_m.maxCoeff()));
+      box.extend(piece.X_WO.translation() + Eigen::Vector3d::Constant(piece.half_m.maxCoeff()));
+    }
+  for (const auto& waypoint : scenario.track.course.waypoints) box.extend(waypoint.p_W);
+  for (const auto& sample : report.samples)
+    if (sample.state.p_WB.allFinite()) box.extend(inside(scenario.track, sample.state.p_WB));
+  box.extend(scenario.track.start_p_WB);
+  box.min().array() -= 0.8;
+  box.max().array() += 0.8;
+  if (world.has_floor) box.min().z() = world.floor_z_m;
+  return box;
+}
+
+void draw_world(Canvas* canvas, const View& view, const scene::World& world) {
+  for (const auto& box : world.boxes) view.draw_box(box, kClutter, 0.45);
+  for (const auto& gate : world.gates) {
+    const double c = gate.shape.inner_half_m;
+    const auto at = [&](double y, double z) { return view(gate.X_WG * Eigen::Vector3d(0, y, z)); };
+    canvas->line(at(-c, 0), at(c, 0), kOpening, 2.5);  // where one may pass
+    canvas->line(at(0, -c), at(0, c), kOpening, 2.5);
+    for (const auto& piece : scene::frame_boxes(gate)) view.draw_box(piece, kFrame, 0.6);
+  }
+}
+
+void draw_nominal(Canvas* canvas, const View& view, const config::Track& track, bool numbers) {
+  for (std::size_t i = 0; i < track.course.waypoints.size(); ++i) {
+    const auto& waypoint = track.course.waypoints[i];
+    const Eigen::Vector2d p = view(waypoint.p_W);
+    canvas->circle(p, 6, kNominal, 2);
+    canvas->line(p - Eigen::Vector2d(3, 0), p + Eigen::Vector2d(3, 0), kNominal, 1.5);
+    canvas->line(p - Eigen::Vector2d(0, 3), p + Eigen::Vector2d(0, 3), kNominal, 1.5);
+    if (!numbers) continue;
+    const Eigen::Vector2d beside =
+        Eigen::Vector3d(waypoint.direction_W).cross(Eigen::Vector3d::UnitZ()).head<2>().normalized();
+    const Eigen::Vector2d label =
+        p + (track.course.gate.outer_half_m * view.scale() + 30) * Eigen::Vector2d(beside.x(), -beside.y());
+    canvas->text(std::to_string(i + 1), label + Eigen::Vector2d(0, 7), 14, kInk, Align::kCenter, true);
+  }
+}
+
+void draw_path(Canvas* canvas, const View& view, const config::Scenario& scenario, const Report& report,
+               double top_speed_m_s) {
+  for (std::size_t i = 1; i < report.samples.size(); ++i) {
+    const auto& from = report.samples[i - 1].state;
+    const auto& to = report.samples[i].state;
+    if (!from.p_WB.allFinite() || !to.p_WB.allFinite()) continue;
+    canvas->line(view(inside(scenario.track, from.p_WB)), view(inside(scenario.track, to.p_WB)),
+                 ramp_color(to.v_WB.norm() / top_speed_m_s), 2.5);
+  }
+  const Eigen::Vector2d start = view(scenario.track.start_p_WB);
+  canvas->circle(start, 6, {255, 255, 255}, -1);
+  canvas->circle(start, 6, kInk, 2.5);
+  if (report.samples.empty() || report.outcome == Outcome::kFinished) return;
+  const Eigen::Vector2d end = view(inside(scenario.track, report.samples.back().state.p_WB));
+  canvas->line(end - Eigen::Vector2d(9, 9), end + Eigen::Vector2d(9, 9), kBad, 4);
+  canvas->line(end - Eigen::Vector2d(9, -9), end + Eigen::Vector2d(9, -9), kBad, 4);
+}
+
+void draw_speed(Canvas* canvas, const Eigen::Vector2d& top_left, const Eigen::Vector2d& size, const Report& report,
+                double top_speed_m_s) {
+  const Eigen::Vector2d bottom_right = top_left + size;
+  const double end_s = std::max(report.race_time_s, 1e-3);
+  const auto at = [&](double t_s, double speed_m_s) {
+    return Eigen::Vector2d(top_left.x() + size.x() * t_s / end_s,
+                           bottom_right.y() - size.y() * std::min(speed_m_s / top_speed_m_s, 1.0));
+  };
+  const double time_step = tick_step(end_s, 12), speed_step = tick_step(top_speed_m_s, 6);
+  for (double t_s = 0; t_s <= end_s + 1e-9; t_s += time_step) {
+    canvas->line(at(t_s, 0), at(t_s, top_speed_m_s), kFaint, 1);
+    canvas->text(tick_label(t_s, time_step), at(t_s, 0) + Eigen::Vector2d(0, 20), 10, kInk, Align::kCenter);
+  }
+  for (double speed = 0; speed <= top_speed_m_s + 1e-9; speed += speed_step) {
+    canvas->line(at(0, speed), at(end_s, speed), kFaint, 1);
+    canvas->text(tick_label(speed, speed_step), at(0, speed) + Eigen::Vector2d(-8, 5), 10, kInk, Align::kRight);
+  }
+  for (const Pass& pass : report.passes) {
+    const Eigen::Vector2d top = at(seconds(pass.time), top_speed_m_s);
+    canvas->dashed_line(top, at(seconds(pass.time), 0), kOpening, 1.5, 5);
+    if (report.passes.size() <= 24)
+      canvas->text(std::to_string(pass.gate + 1), top + Eigen::Vector2d(0, -6), 10, kOpening, Align::kCenter);
+  }
+  for (std::size_t i = 1; i < report.samples.size(); ++i) {
+    const double from = report.samples[i - 1].state.v_WB.norm(), to = report.samples[i].state.v_WB.norm();
+    if (!std::isfinite(from) || !std::isfinite(to)) continue;
+    canvas->line(at(report.samples[i - 1].t_s, from), at(report.samples[i].t_s, to), ramp_color(to / top_speed_m_s),
+                 2.5);
+  }
+  canvas->rectangle(top_left, bottom_right, kAxis, 1);
+  canvas->text("Speed, gates passed", top_left + Eigen::Vector2d(0, -26), 13, kInk, Align::kLeft, true);
+  canvas->text("time [s]", {top_left.x() + 0.5 * size.x(), bottom_right.y() + 44}, 11, kInk, Align::kCenter);
+  canvas->vertical_text("speed [m/s]", {top_left.x() - 48, top_left.y() + 0.5 * size.y()}, 11, kInk);
+}
+
+void draw_legend(Canvas* canvas, Eigen::Vector2d at) {
+  const auto entry = [&](const std::string& what) {
+    canvas->text(what, at + Eigen::Vector2d(18, 5), 11, kInk);
+    at.x() += 18 + Canvas::text_width(what, 11) + 44;
+  };
+  canvas->rectangle(at + Eigen::Vector2d(-14, -6), at + Eigen::Vector2d(-6, 6), kFrame, -1);
+  canvas->line(at + Eigen::Vector2d(-5, 0), at + Eigen::Vector2d(5, 0), kOpening, 2.5);
+  canvas->rectangle(at + Eigen::Vector2d(6, -6), at + Eigen::Vector2d(12, 6), kFrame, -1);
+  entry("true gate and its opening");
+  canvas->circle(at, 6, kNominal, 2);
+  canvas->line(at - Eigen::Vector2d(3, 0), at + Eigen::Vector2d(3, 0), kNominal, 1.5);
+  canvas->line(at - Eigen::Vector2d(0, 3), at + Eigen::Vector2d(0, 3), kNominal, 1.5);
+  entry("nominal waypoint");
+  canvas->circle(at, 6, kInk, 2.5);
+  entry("start");
+}
+
+}  // namespace
+
+Status write_flight_picture(const std::filesystem::path& file, const config::Scenario& scenario, const Report& report,
+                            const std::string& subtitle) {
+  const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
+  const Eigen::AlignedBox3d shown = shown_volume(scenario, world, report);
+  const double speed_step = tick_step(std::max(report.top_speed_m_s, 1.0), 6);
+  const double top_speed_m_s = speed_step * std::ceil(std::max(report.top_speed_m_s, 1.0) / speed_step - 1e-9);
+
+  Canvas canvas(1800, 1000);
+  const std::string title = (scenario.title.empty() ? "" : scenario.title + ": ") + report.sentence;
+  double title_height = 20;
+  while (title_height > 10 && Canvas::text_width(title, title_height, true) > 1700) title_height -= 1;
+  canvas.text(title, {80, 48}, title_height, report.outcome == Outcome::kFinished ? kGood : kBad, Align::kLeft, true);
+  canvas.text(subtitle, {80, 80}, 12, kInk);
+
+  const Eigen::AlignedBox2d plan(Eigen::Vector2d(shown.min().head<2>()), Eigen::Vector2d(shown.max().head<2>()));
+  const View top(&canvas, {80, 130}, {820, 780}, 0, 1, plan);
+  top.draw_axes("Top view", "x [m]", "y [m]");
+  draw_world(&canvas, top, world);
+  draw_path(&canvas, top, scenario, report, top_speed_m_s);
+  draw_nominal(&canvas, top, scenario.track, true);
+
+  const Eigen::AlignedBox2d elevation(Eigen::Vector2d(shown.min().x(), shown.min().z()),
+                                      Eigen::Vector2d(shown.max().x(), shown.max().z()));
+  const View side(&canvas, {1000, 130}, {630, 330}, 0, 2, elevation);
+  side.draw_axes("Side view, along y", "x [m]", "z [m]");
+  draw_world(&canvas, side, world);
+  draw_path(&canvas, side, scenario, report, top_speed_m_s);
+  draw_nominal(&canvas, side, scenario.track, false);
+
+  draw_speed(&canvas, {1000, 590}, {630, 320}, report, top_speed_m_s);
+  draw_color_bar(&canvas, {1690, 160}, 22, 750, 0.0, top_speed_m_s, "speed [m/s]");
+  draw_legend(&canvas, {100, 978});
+
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", canvas.finish(), bytes);
+  return write_whole(file, bytes.data(), bytes.size());
+}
+
+}  // namespace gatefield::simulator

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/simulator/plant.h"
+#include "common/base/clock.h"
+#include "common/scene/world.h"
+
+namespace gatefield::simulator {
+
+enum class Outcome {
+  kRunning,
+  kFinished,  ///< every gate of every lap, nothing touched
+  kTouchedGate,
+  kTouchedFloor,
+  kTouchedClutter,
+  kMissedGate,      ///< flew past the expected gate, outside its frame
+  kWrongGate,       ///< flew through another gate than the expected one
+  kWrongDirection,  ///< flew through the expected gate from behind
+  kOutOfBounds,     ///< left the flight volume
+  kTimeLimit,
+  kStalled,      ///< did not get on: stood still, or passed no gate for a long time
+  kLostControl,  ///< numbers ran away: the state is no longer finite
+  kLinkLost,     ///< no server answered any more (told by the simulation)
+  kInterrupted,  ///< a person ended it (told by the simulation)
+};
+
+/// One word per outcome, for tables: "finished", "touched_gate", ...
+const char* name(Outcome outcome) noexcept;
+
+struct Rules {
+  int laps = 1;
+  Eigen::AlignedBox3d flight_volume;
+  double vehicle_radius_m = 0.13;
+  Stamp time_limit = std::chrono::seconds(120);
+  double miss_distance_m = 3.0;   ///< this far beyond the gate's plane, having passed it by, is a miss
+  double pass_by_radius_m = 3.0;  ///< crossing the plane this near the axis counts as passing the gate by
+  double stall_distance_m = 0.5;  ///< within stall_time, a vehicle that races moves at least this far
+  Stamp stall_time = std::chrono::seconds(5);
+  Stamp longest_gate_time = std::chrono::seconds(20);  ///< and passes a gate at least this often
+};
+
+/// A gate passed as it should be.
+struct Pass {
+  Stamp time{0};  ///< since the start of the race
+  int lap = 0;
+  int gate = 0;
+  double offset_m = 0.0;  ///< transverse distance from the gate's axis
+  double speed_m_s = 0.0;
+};
+
+/// Judges a race from the true gates and the true path of the vehicle's centre. Pure: no clock, no physics.
+///
+/// A lap is every gate once, in order. Per update, the segment from the last to the new position is held against each
+/// gate's plane (x = 0 in G). Through the opening means transverse distance < inner_half_m: of the expected gate
+/// towards +x it is a pass, towards -x the wrong direction, of any other gate the wrong gate. Touched is whatever the
+/// physics reports, and a centre nearer to a frame's boxes than the vehicle's radius. After the race is decided,
+/// updates change nothing. Thread-safe: no.   Real-time safe: yes, but for the sentence.
+class Referee {
+ public:
+  /// @param world    true gates, in the order of the course
+  /// @param p_WB     where the vehicle starts
+  Referee(const scene::World& world, const Rules& rules, const Eigen::Vector3d& p_WB);
+
+  /// @param time  since the start of the race, rising
+  void update(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& v_WB,
+              const std::optional<Contact>& contact);
+
+  /// Ends the race from outside (kLinkLost, kInterrupted); no effect when it is decided already.
+  void stop(Outcome outcome, Stamp time) noexcept;
+
+  Outcome outcome() const noexcept { return outcome_; }
+  bool decided() const noexcept { return outcome_ != Outcome::kRunning; }
+  /// What happened, for people: "finished: 12 of 12 gates in 9.41 s", "touched gate 2 in lap 1 at 3.20 s ...".
+  std::string sentence() const;
+
+  const std::vector<Pass>& passes() const noexcept { return passes_; }
+  /// Per finished lap; the first one counts from the start of the race.
+  std::vector<double> lap_times_s() const;
+  int expected_gate() const noexcept;  ///< index into the world's gates
+  int lap() const noexcept;            ///< from 0
+  int gates_total() const noexcept;
+  Stamp end_time() const noexcept { return time_; }
+  /// Smallest distance so far from the vehicle's hull to a gate's frame, metres (infinite while there was none within 5
+  /// m).
+  double clearance_m() const noexcept { return clearance_m_; }
+
+ private:
+  void judge_planes(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& v_WB);
+  void judge_frames(const Eigen::Vector3d& p_WB);
+  void decide(Outcome outcome, int gate = -1) noexcept;
+
+  std::vector<scene::Gate> gates_;
+  std::vector<std::vector<scene::Box>> frames_;
+  Rules rules_;
+  Eigen::Vector3d last_p_WB_;
+  Eigen::Vector3d anchor_p_WB_;  ///< where it was when it last moved on
+  Stamp anchor_time_{0};
+  Stamp last_pass_time_{0};
+  Stamp time_{0};
+  bool passed_by_ = false;  ///< crossed the expected gate's plane beside it, forwards
+  std::vector<Pass> passes_;
+  Outcome outcome_ = Outcome::kRunning;
+  int culprit_ = -1;
+  double clearance_m_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace gatefield::simulator

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/simulator/referee.h"
+#include "common/protocol/messages.h"
+#include "common/scene/depth_camera.h"
+#include "gatefield/sdk/client.h"
+
+namespace gatefield::simulator {
+
+/// One line of the run: the truth, what was commanded, and what the planner said of itself.
+struct Sample {
+  double t_s = 0.0;  ///< since the start of the race
+  QuadrotorState state;
+  sdk::Setpoint setpoint;
+  int expected_gate = 0;  ///< what the referee waits for
+  int lap = 0;
+  protocol::PlannerHealth health;  ///< of the newest command
+};
+
+/// One depth frame as the sensor gave it, and where from; kept of the approach to a gate for people to look at.
+struct Snapshot {
+  scene::DepthImage depth;
+  CameraModel camera;
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< true pose of the camera at capture
+  int gate = 0;                                            ///< the gate ahead, index into the world
+  double t_s = 0.0;
+};
+
+/// Everything a race leaves behind.
+struct Report {
+  protocol::Timing timing = protocol::Timing::kLockstep;
+  Outcome outcome = Outcome::kRunning;
+  std::string sentence;
+  std::vector<Pass> passes;
+  int gates_total = 0;
+  std::vector<double> lap_times_s;
+  double race_time_s = 0.0;
+  double top_speed_m_s = 0.0;
+  double mean_speed_m_s = 0.0;
+  double clearance_m = 0.0;  ///< smallest distance of the hull to a frame
+  int contacts = 0;          ///< 0 or 1: the first contact ends the race
+  double fallback_s = 0.0;   ///< time flown without a valid plan
+  sdk::LinkStatistics link;
+  double control_period_s = 0.0;
+
+  std::uint64_t control_ticks = 0;  ///< control periods flown
+  std::uint64_t late_ticks =
+      0;  ///< real time: no new plan within 1.5 periods of the one before; lockstep: answer did not come
+  std::uint64_t frames_sent = 0;
+  std::uint64_t frames_skipped = 0;  ///< real time: the camera thread was still busy
+  double wall_s = 0.0;
+  // Real time only: the simulator's own 1 kHz loop.
+  std::uint64_t loop_steps = 0;
+  std::uint64_t loop_misses = 0;  ///< steps begun more than 1 ms late
+  double loop_worst_s = 0.0;
+
+  std::vector<Sample> samples;  ///< every 10 ms
+  std::optional<Snapshot> snapshot;
+};
+
+/// The summary for people, several lines, ending with a line break.
+std::string summarize(const Report& report);
+
+/// The run as comma-separated values: a header line with names and units, then one line per sample.
+/// Columns: t_s, position px_m.., velocity vx_m_s.., attitude qw.., body rates wx_rad_s.., thrust0_n.., command0_n..
+/// (what each rotor gives and is asked for), rate0_n_s.. (the setpoint), source (plan or fallback), gate, lap, target,
+/// field_m (lowest along the plan), latent_age_s, solve_s, effective_samples, degraded. Written whole or not at all.
+/// Errors: the sentence names the file.
+Status write_csv(const std::filesystem::path& file, const Report& report);
+
+/// Puts bytes into a file such that it is there whole or not at all; makes its folder.
+Status write_whole(const std::filesystem::path& file, const void* data, std::size_t size);
+
+}  // namespace gatefield::simulator

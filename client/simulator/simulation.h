@@ -1,0 +1,60 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+
+#include "client/simulator/run_log.h"
+#include "common/base/result.h"
+#include "common/config/scenario.h"
+#include "gatefield/sdk/client.h"
+
+namespace gatefield::simulator {
+
+struct Options {
+  protocol::Timing timing = protocol::Timing::kLockstep;
+  /// Lockstep: states and frames reach the planner this much later, as over a slow link; its answers then come as late.
+  Stamp link_delay{0};
+  double state_rate_hz =
+      200.0;  ///< real time: how often the state is sent, 10 to 1000 Hz (rounded to whole milliseconds)
+  bool depth_in_millimetres = true;  ///< else 32-bit metres
+  /// Lockstep: how long (wall clock) to wait for an answer before flying on along the last plan.
+  std::chrono::milliseconds answer_timeout{2000};
+  /// Wall clock without any plan after which the race is given up.
+  std::chrono::milliseconds give_up{30000};
+};
+
+/// How the race stands, for a progress line.
+struct Progress {
+  double race_time_s = 0.0;
+  int lap = 0;
+  int laps = 0;
+  int gate = 0;   ///< expected next, index
+  int gates = 0;  ///< per lap
+  double speed_m_s = 0.0;
+};
+using ProgressFunction = std::function<void(const Progress&)>;
+
+/// Options that make no sense together, as a sentence.
+Status validate(const Options& options);
+
+/// Flies one race of the scenario with `client`, which has joined a session already, and tells how it went.
+///
+/// Lockstep: simulated time. Per control period of the session: the depth frames that are due, the state, then the
+/// answer is waited for, then 1 ms steps of play() and the plant until the next period. Same scenario and seed and same
+/// answers: same race.
+///
+/// Real time: the plant runs at 1x on the calling thread against the monotonic clock; frames are rendered and sent by a
+/// second thread, so that a slow image never holds up the plant. The vehicle is held at the start until the first plan
+/// arrives; then the race's clock starts.
+///
+/// @param stop  becomes true when a person ends the race; it then ends within 0.3 s as kInterrupted.
+/// @param on_progress  may be empty; about ten times a second, never on the plant's thread in real time.
+/// Errors: a world that the physics refuses. A lost race is not an error.
+/// Thread-safe: yes, for different clients.
+Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk::Client* client,
+                   const std::atomic<bool>& stop, const ProgressFunction& on_progress = {});
+
+/// Where the vehicle of a scenario begins: hovering at the start of its course.
+QuadrotorState start_state(const config::Scenario& scenario);
+
+}  // namespace gatefield::simulator
