@@ -113,7 +113,7 @@ struct DatasetOptions {
 
 /// Fills the file with `count` samples. A file that is there already and has the same seed, first index, format and
 /// camera is continued where it stopped (a record cut short is written again); one that is long enough is left as it
-/// is. `progress` is called from the calling thread about twice a second; it returns false to stop (the file stays
+/// is. `progress` is called from the calling thread after every 256 samples; it returns false to stop (the file stays
 /// usable). Errors: folder or file can't be written, disk full, file of another kind or another set.
 Status generate_dataset(const std::filesystem::path& file, const DatasetOptions& options,
                         const std::function<bool(const Progress&)>& progress = {});
