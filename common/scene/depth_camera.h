@@ -23,7 +23,8 @@ struct SurfaceImage {
 };
 
 /// Ray-cast depth camera (Embree). The world is built once, then rendered from any number of poses.
-/// Thread-safe: render() is const and may be called from several threads at once.   Real-time safe: no (first call allocates).
+/// Thread-safe: render() is const and may be called from several threads at once.   Real-time safe: no (first call
+/// allocates).
 class DepthCamera {
  public:
   explicit DepthCamera(const World& world);
@@ -32,7 +33,8 @@ class DepthCamera {
   DepthCamera& operator=(DepthCamera&&) noexcept;
 
   /// Clean z-depth seen by `camera` from X_WC (its X_BC is not used). `surface` may be null.
-  void render(const CameraModel& camera, const Eigen::Isometry3d& X_WC, DepthImage* image, SurfaceImage* surface = nullptr) const;
+  void render(const CameraModel& camera, const Eigen::Isometry3d& X_WC, DepthImage* image,
+              SurfaceImage* surface = nullptr) const;
 
  private:
   struct Scene;

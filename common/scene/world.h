@@ -22,7 +22,8 @@ struct Gate {
   Reflectance reflectance = 0.7f;
 };
 
-/// Everything a camera can see and a drone can hit. World frame W is ENU, z up; a floor lies at z = floor_z_m when has_floor.
+/// Everything a camera can see and a drone can hit. World frame W is ENU, z up; a floor lies at z = floor_z_m when
+/// has_floor.
 struct World {
   std::vector<Gate> gates;
   std::vector<Box> boxes;  ///< clutter: walls, poles, boxes
