@@ -1,0 +1,209 @@
+#include "client/simulator/referee.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "common/config/course.h"
+
+namespace gatefield::simulator {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// Three gates on a triangle-like tour: A at (0,0) towards +x, B at (10,0) towards +y, C at (5,8) towards -x.
+const Eigen::Vector3d kA(0, 0, 1.5), kB(10, 0, 1.5), kC(5, 8, 1.5);
+
+scene::World three_gates() {
+  scene::World world;
+  world.gates.push_back({config::gate_pose(kA, Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
+  world.gates.push_back({config::gate_pose(kB, Eigen::Vector3d::UnitY()), GateShape{}, 0.7f});
+  world.gates.push_back({config::gate_pose(kC, -Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
+  return world;
+}
+
+Rules rules(int laps = 1) {
+  Rules rules;
+  rules.laps = laps;
+  rules.flight_volume = Eigen::AlignedBox3d(Eigen::Vector3d(-20, -20, 0), Eigen::Vector3d(25, 25, 6));
+  return rules;
+}
+
+/// Takes a point along straight lines at 5 m/s, a step of 1 ms at a time.
+class Tour {
+ public:
+  explicit Tour(const Eigen::Vector3d& start, const Rules& r = rules()) : referee(three_gates(), r, start), p_(start) {}
+
+  Tour& to(const Eigen::Vector3d& target, std::optional<Contact> contact = {}) {
+    while (!referee.decided() && (target - p_).norm() > 1e-9) {
+      const Eigen::Vector3d way = target - p_;
+      const Eigen::Vector3d step = way.norm() > 0.005 ? Eigen::Vector3d(0.005 * way.normalized()) : way;
+      p_ += step;
+      time_ += Plant::kStep;
+      referee.update(time_, p_, step / seconds(Plant::kStep), contact);
+    }
+    return *this;
+  }
+  Tour& wait(Stamp span) {
+    for (Stamp end = time_ + span; time_ < end && !referee.decided();) {
+      time_ += Plant::kStep;
+      referee.update(time_, p_, Eigen::Vector3d::Zero(), {});
+    }
+    return *this;
+  }
+  Tour& through_a() { return to({-1, 0, 1.5}).to({2, 0, 1.5}); }
+  Tour& through_b() { return to({10, -2, 1.5}).to({10, 2, 1.5}); }
+  Tour& through_c() { return to({7, 8, 1.5}).to({3, 8, 1.5}); }
+
+  Referee referee;
+
+ private:
+  Eigen::Vector3d p_;
+  Stamp time_{0};
+};
+
+TEST(Referee, AllGatesInOrderFinishTheRace) {
+  Tour tour({-2, 0, 1.5});
+  tour.through_a().through_b().through_c();
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kFinished);
+  EXPECT_EQ(tour.referee.passes().size(), 3u);
+  EXPECT_THAT(tour.referee.sentence(), HasSubstr("finished: 3 of 3 gates"));
+}
+
+TEST(Referee, LapsAreTimedFromTheLastGateOfTheLapBefore) {
+  Tour tour({-2, 0, 1.5}, rules(2));
+  tour.through_a().through_b().through_c();
+  EXPECT_EQ(tour.referee.lap(), 1);
+  EXPECT_EQ(tour.referee.expected_gate(), 0);
+  tour.to({-3, 4, 1.5}).through_a().through_b().through_c();
+  ASSERT_EQ(tour.referee.outcome(), Outcome::kFinished) << tour.referee.sentence();
+  const auto laps = tour.referee.lap_times_s();
+  ASSERT_EQ(laps.size(), 2u);
+  EXPECT_NEAR(laps[0] + laps[1], seconds(tour.referee.end_time()), 1e-9);
+  EXPECT_NEAR(laps[0], seconds(tour.referee.passes()[2].time), 1e-9);
+}
+
+TEST(Referee, APassKnowsOffsetSpeedAndTime) {
+  Tour tour({-2, 0, 1.5});
+  tour.to({-1, 0.2, 1.3}).to({1, 0.2, 1.3});
+  ASSERT_EQ(tour.referee.passes().size(), 1u);
+  const Pass& pass = tour.referee.passes()[0];
+  EXPECT_EQ(pass.gate, 0);
+  EXPECT_EQ(pass.lap, 0);
+  EXPECT_NEAR(pass.offset_m, 0.2, 1e-6);
+  EXPECT_NEAR(pass.speed_m_s, 5.0, 1e-6);
+  EXPECT_NEAR(seconds(pass.time), (std::sqrt(1 + 2 * 0.04) + 1) / 5.0, 0.003);
+  EXPECT_NEAR(tour.referee.clearance_m(), 0.3 - 0.13, 1e-3);
+}
+
+TEST(Referee, FlyingBesideTheFrameIsNoPassAndAMissThreeMetresOn) {
+  Tour tour({-2, 1.5, 1.5});
+  tour.to({2.9, 1.5, 1.5});
+  EXPECT_FALSE(tour.referee.decided());
+  EXPECT_TRUE(tour.referee.passes().empty());
+  tour.to({3.1, 1.5, 1.5});
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kMissedGate);
+  EXPECT_THAT(tour.referee.sentence(), HasSubstr("missed gate 1"));
+}
+
+TEST(Referee, WhoTurnsBackInTimeMayStillPass) {
+  Tour tour({-2, 1.5, 1.5});
+  tour.to({1, 1.5, 1.5}).to({-2, 1.5, 1.5}).through_a().to({8, 0, 1.5});
+  EXPECT_FALSE(tour.referee.decided()) << tour.referee.sentence();
+  EXPECT_EQ(tour.referee.passes().size(), 1u);
+}
+
+TEST(Referee, CrossingTheEndlessPlaneFarFromTheGateMeansNothing) {
+  Tour tour({-2, 10, 1.5});
+  tour.to({6, 10, 1.5});
+  EXPECT_FALSE(tour.referee.decided()) << tour.referee.sentence();
+}
+
+TEST(Referee, FromBehindIsTheWrongDirection) {
+  Tour tour({3, 0, 1.5});
+  tour.to({-2, 0, 1.5});
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kWrongDirection);
+  EXPECT_THAT(tour.referee.sentence(), HasSubstr("gate 1 from behind"));
+}
+
+TEST(Referee, AnotherGateThanTheExpectedOneIsWrong) {
+  Tour tour({10, -3, 1.5});
+  tour.through_b();
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kWrongGate);
+  EXPECT_THAT(tour.referee.sentence(), HasSubstr("gate 2 where gate 1 was next"));
+}
+
+TEST(Referee, AHullNearerToTheFrameThanItsRadiusTouches) {
+  Tour scrapes({-2, 0.4, 1.5});
+  scrapes.to({2, 0.4, 1.5});
+  EXPECT_EQ(scrapes.referee.outcome(), Outcome::kTouchedGate);
+  EXPECT_THAT(scrapes.referee.sentence(), HasSubstr("touched the frame of gate 1"));
+  Tour fits({-2, 0.36, 1.5});
+  fits.to({2, 0.36, 1.5});
+  EXPECT_FALSE(fits.referee.decided());
+  EXPECT_EQ(fits.referee.passes().size(), 1u);
+}
+
+TEST(Referee, ContactsOfThePhysicsEndTheRace) {
+  const auto outcome_of = [](Contact contact) {
+    Tour tour({-5, 3, 1.5});
+    tour.to({-5, 4, 1.5}, contact);
+    return tour.referee.outcome();
+  };
+  EXPECT_EQ(outcome_of({Contact::With::kGate, 2}), Outcome::kTouchedGate);
+  EXPECT_EQ(outcome_of({Contact::With::kFloor, 0}), Outcome::kTouchedFloor);
+  EXPECT_EQ(outcome_of({Contact::With::kClutter, 0}), Outcome::kTouchedClutter);
+}
+
+TEST(Referee, LeavingTheFlightVolumeEndsTheRace) {
+  Tour tour({-2, 0, 1.5});
+  tour.to({-2, 0, 6.5});
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kOutOfBounds);
+}
+
+TEST(Referee, TimeRunsOut) {
+  Rules r = rules();
+  r.time_limit = std::chrono::seconds(1);
+  Tour tour({-15, 0, 1.5}, r);
+  tour.to({-1, 0, 1.5});
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kTimeLimit);
+  EXPECT_NEAR(seconds(tour.referee.end_time()), 1.0, 1e-9);
+}
+
+TEST(Referee, StandingStillOrCirclingForLongIsStalling) {
+  Tour stands({-2, 0, 1.5});
+  stands.to({-1.5, 0, 1.5}).wait(std::chrono::seconds(6));
+  EXPECT_EQ(stands.referee.outcome(), Outcome::kStalled);
+  Tour circles({-8, 0, 1.5});
+  for (int i = 0; i < 30; ++i) circles.to({-8, 4, 1.5}).to({-8, 0, 1.5});
+  EXPECT_EQ(circles.referee.outcome(), Outcome::kStalled);
+  EXPECT_NEAR(seconds(circles.referee.end_time()), 20.0, 0.01);
+}
+
+TEST(Referee, NumbersThatRunAwayAreALostRace) {
+  Referee referee(three_gates(), rules(), {-2, 0, 1.5});
+  referee.update(Plant::kStep, {std::numeric_limits<double>::quiet_NaN(), 0, 0}, Eigen::Vector3d::Zero(), {});
+  EXPECT_EQ(referee.outcome(), Outcome::kLostControl);
+}
+
+TEST(Referee, AfterTheDecisionNothingChanges) {
+  Tour tour({3, 0, 1.5});
+  tour.to({-2, 0, 1.5});
+  ASSERT_EQ(tour.referee.outcome(), Outcome::kWrongDirection);
+  tour.referee.update(std::chrono::seconds(50), {0, 0, 100}, Eigen::Vector3d::Zero(), Contact{});
+  tour.referee.stop(Outcome::kInterrupted, std::chrono::seconds(60));
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kWrongDirection);
+  EXPECT_LT(seconds(tour.referee.end_time()), 2.0);
+}
+
+TEST(Referee, AFastVehicleIsSeenBetweenTwoPositions) {
+  Referee referee(three_gates(), rules(), {-0.5, 0, 1.5});
+  referee.update(Plant::kStep, {0.5, 0.1, 1.5}, {1000, 0, 0}, {});
+  ASSERT_EQ(referee.passes().size(), 1u);
+  EXPECT_NEAR(referee.passes()[0].offset_m, 0.05, 1e-9);
+}
+
+}  // namespace
+}  // namespace gatefield::simulator

@@ -1,0 +1,215 @@
+#include "client/simulator/simulation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "common/config/locate.h"
+#include "tests/support/path_follower.h"
+
+namespace gatefield::simulator {
+namespace {
+
+using testing::HasSubstr;
+
+const std::atomic<bool> kGoOn{false};
+
+config::Scenario circle(int laps = 1) {
+  auto scenario = config::load_scenario(config::find_config("scenarios", "circle-0.3m").value());
+  EXPECT_TRUE(scenario.ok()) << scenario.error();
+  scenario.value().track.course.laps = laps;
+  return std::move(scenario).value();
+}
+
+scene::World truth(const config::Scenario& scenario) {
+  return config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
+}
+
+Report race(const config::Scenario& scenario, const Options& options, test::PathFollower* client) {
+  auto report = fly(scenario, options, client, kGoOn);
+  EXPECT_TRUE(report.ok()) << report.error();
+  return std::move(report).value();
+}
+
+TEST(Lockstep, AClientThatKnowsTheGatesWins) {
+  const auto scenario = circle(2);
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+  const Report report = race(scenario, {}, &client);
+  EXPECT_EQ(report.outcome, Outcome::kFinished) << report.sentence;
+  EXPECT_EQ(report.passes.size(), 8u);
+  EXPECT_EQ(report.lap_times_s.size(), 2u);
+  EXPECT_EQ(report.contacts, 0);
+  EXPECT_EQ(report.late_ticks, 0u);
+  EXPECT_GT(report.top_speed_m_s, 3.5);
+  EXPECT_GT(report.clearance_m, 0.0);
+  EXPECT_NEAR(static_cast<double>(report.samples.size()), 100 * report.race_time_s, 3);
+  EXPECT_THAT(summarize(report), HasSubstr("8 of 8 passed"));
+}
+
+TEST(Lockstep, SendsAStatePerControlPeriodAndFramesAtTheCamerasRate) {
+  auto scenario = circle();
+  scenario.vehicle.camera.rate_hz = 30;
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+  const Report report = race(scenario, {}, &client);
+  const auto received = client.received();
+  EXPECT_EQ(received.states.size(), report.control_ticks);
+  for (std::size_t i = 1; i < received.states.size(); ++i)
+    ASSERT_EQ(received.states[i] - received.states[i - 1], std::chrono::milliseconds(20));
+  EXPECT_NEAR(static_cast<double>(received.frames.size()), 30 * report.race_time_s, 2);
+  EXPECT_EQ(received.frames.size(), report.frames_sent);
+  EXPECT_GT(received.valid_pixels / received.frames.size(), 1000u) << "frames are empty";
+}
+
+TEST(Lockstep, TheSameSeedGivesTheSameRaceAndAnotherOneAnother) {
+  auto scenario = circle();
+  scenario.state_noise = {0.01, 0.05, 0.004, 0.02};
+  const auto fly_once = [](const config::Scenario& s) {
+    test::PathFollower client(truth(s), s.vehicle.quadrotor, {});
+    return race(s, {}, &client);
+  };
+  const Report a = fly_once(scenario), b = fly_once(scenario);
+  ASSERT_EQ(a.samples.size(), b.samples.size());
+  for (std::size_t i = 0; i < a.samples.size(); ++i) {
+    ASSERT_EQ(a.samples[i].state.p_WB, b.samples[i].state.p_WB) << i;
+    ASSERT_EQ(a.samples[i].setpoint.thrust_rate_n_s, b.samples[i].setpoint.thrust_rate_n_s) << i;
+  }
+  ASSERT_TRUE(a.snapshot && b.snapshot);
+  EXPECT_EQ(a.snapshot->depth.depth_m, b.snapshot->depth.depth_m);
+  scenario.seed = 2;
+  const Report c = fly_once(scenario);
+  ASSERT_GT(c.samples.size(), 50u);
+  EXPECT_NE(a.samples[50].state.p_WB, c.samples[50].state.p_WB);
+}
+
+TEST(Lockstep, AClientThatBelievesTheNominalGatesHitsOne) {
+  auto scenario = circle(3);
+  scenario.perturbation.position_m = 0.6;
+  test::PathFollower client(config::nominal_world(scenario.track), scenario.vehicle.quadrotor, {});
+  const Report report = race(scenario, {}, &client);
+  EXPECT_EQ(report.outcome, Outcome::kTouchedGate) << report.sentence;
+  EXPECT_EQ(report.contacts, 1);
+}
+
+TEST(Lockstep, AVehicleThatStaysPutIsStalled) {
+  const auto scenario = circle();
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {.stand_still = true});
+  const Report report = race(scenario, {}, &client);
+  EXPECT_EQ(report.outcome, Outcome::kStalled) << report.sentence;
+  EXPECT_THAT(report.sentence, HasSubstr("stuck before gate 1"));
+}
+
+TEST(Lockstep, MissingAnswersAreCountedAndTheVehicleFliesOn) {
+  const auto scenario = circle();
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {.silent_from = 50});
+  Options options;
+  options.answer_timeout = std::chrono::milliseconds(1);
+  options.give_up = std::chrono::milliseconds(100000);
+  const Report report = race(scenario, options, &client);
+  EXPECT_EQ(report.outcome, Outcome::kFinished) << report.sentence;
+  EXPECT_EQ(report.late_ticks, report.control_ticks - 49);
+  EXPECT_GT(report.fallback_s, 0.5);
+}
+
+TEST(Lockstep, WithoutAnyAnswerTheRaceIsGivenUp) {
+  const auto scenario = circle();
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {.silent_from = 10});
+  Options options;
+  options.answer_timeout = std::chrono::milliseconds(20);
+  options.give_up = std::chrono::milliseconds(100);
+  const Report report = race(scenario, options, &client);
+  EXPECT_EQ(report.outcome, Outcome::kLinkLost) << report.sentence;
+}
+
+TEST(Lockstep, ALinkDelayShowsOlderStatesButNoFewer) {
+  const auto scenario = circle();
+  Options options;
+  options.link_delay = std::chrono::milliseconds(35);
+  test::PathFollower slow(truth(scenario), scenario.vehicle.quadrotor, {}),
+      quick(truth(scenario), scenario.vehicle.quadrotor, {});
+  race(scenario, options, &slow);
+  race(scenario, {}, &quick);
+  const auto late = slow.received(), prompt = quick.received();
+  ASSERT_FALSE(late.states.empty());
+  EXPECT_EQ(prompt.states[0] - late.states[0], options.link_delay);
+  EXPECT_EQ(late.states.size(), prompt.states.size());
+  EXPECT_EQ(late.frames[0], prompt.frames[0]) << "a frame keeps the stamp of its capture";
+  EXPECT_LE(late.frames.size(), prompt.frames.size());
+}
+
+TEST(Lockstep, AnInterruptEndsTheRaceAndSaysSo) {
+  const auto scenario = circle();
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor,
+                            {.answer_delay = std::chrono::milliseconds(5)});
+  std::atomic<bool> stop{false};
+  std::thread person([&stop] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    stop = true;
+  });
+  const auto report = fly(scenario, {}, &client, stop);
+  person.join();
+  ASSERT_TRUE(report.ok());
+  EXPECT_EQ(report->outcome, Outcome::kInterrupted);
+  EXPECT_THAT(report->sentence, HasSubstr("interrupted"));
+}
+
+TEST(RealTime, FliesAtTheSpeedOfTheWorldAndReportsItsDeadlines) {
+  auto scenario = circle();
+  scenario.time_limit = std::chrono::milliseconds(1500);
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+  Options options;
+  options.timing = protocol::Timing::kRealTime;
+  int shown = 0;
+  const auto report = fly(scenario, options, &client, kGoOn, [&shown](const Progress&) { ++shown; });
+  ASSERT_TRUE(report.ok()) << report.error();
+  EXPECT_EQ(report->outcome, Outcome::kTimeLimit) << report->sentence;
+  EXPECT_NEAR(report->race_time_s, 1.5, 1e-6);
+  EXPECT_GE(report->wall_s, 1.4);
+  EXPECT_GE(report->loop_steps, 1400u);
+  EXPECT_LE(report->loop_misses, report->loop_steps);
+  EXPECT_GT(report->frames_sent, 10u);
+  EXPECT_GT(shown, 3);
+  const auto received = client.received();
+  EXPECT_NEAR(static_cast<double>(received.states.size()), 200 * 1.5, 30);
+  for (std::size_t i = 1; i < received.states.size(); ++i) ASSERT_GT(received.states[i], received.states[i - 1]);
+  EXPECT_NEAR(static_cast<double>(report->control_ticks), 75, 10);
+  EXPECT_THAT(summarize(*report), HasSubstr("Deadlines"));
+}
+
+TEST(RealTime, APlanThatStopsComingCountsAsLateTicks) {
+  auto scenario = circle();
+  scenario.time_limit = std::chrono::milliseconds(1000);
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {.silent_from = 100});  // after half a second
+  Options options;
+  options.timing = protocol::Timing::kRealTime;
+  const Report report = race(scenario, options, &client);
+  EXPECT_GT(report.late_ticks, 15u);
+  EXPECT_GT(report.fallback_s, 0.3);
+}
+
+TEST(RealTime, TheVehicleIsHeldUntilThereIsAPlanAndTheRaceGivenUpWithoutOne) {
+  const auto scenario = circle();
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {.silent_from = 1});
+  Options options;
+  options.timing = protocol::Timing::kRealTime;
+  options.give_up = std::chrono::milliseconds(300);
+  const Report report = race(scenario, options, &client);
+  EXPECT_EQ(report.outcome, Outcome::kLinkLost);
+  EXPECT_EQ(report.race_time_s, 0.0);
+  EXPECT_EQ(report.samples.back().state.p_WB, scenario.track.start_p_WB);
+}
+
+TEST(SimulationOptions, NonsenseIsRefused) {
+  Options options;
+  options.link_delay = std::chrono::seconds(2);
+  EXPECT_THAT(validate(options).error(), HasSubstr("2000"));
+  options.link_delay = std::chrono::milliseconds(10);
+  options.timing = protocol::Timing::kRealTime;
+  EXPECT_FALSE(validate(options).ok());
+  options = {};
+  options.state_rate_hz = 5;
+  EXPECT_THAT(validate(options).error(), HasSubstr("10 to 1000 Hz"));
+}
+
+}  // namespace
+}  // namespace gatefield::simulator
