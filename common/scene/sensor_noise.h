@@ -9,8 +9,8 @@ namespace gatefield::scene {
 /// Noise of an active stereo depth camera (D435-like), in the order in which it is applied.
 struct SensorNoise {
   double baseline_m = 0.05;            ///< stereo baseline: sets shadows and the disparity scale
-  double disparity_noise_px = 0.10;    ///< sigma of the disparity per pixel, at 160 px image width
-  double disparity_step_px = 0.03125;  ///< quantisation of the disparity
+  double disparity_noise_px = 0.03;    ///< sigma of the disparity per pixel, at 160 px image width (0.16 px at 848)
+  double disparity_step_px = 0.00625;  ///< quantisation of the disparity, at 160 px image width (1/30 px at 848)
   double bleed_probability = 0.35;     ///< at a depth edge, the pixel takes a neighbour's depth or a mixture
   double shadow_probability = 0.8;     ///< pixel occluded for the second imager becomes invalid
   double hole_rate_per_image = 3.0;    ///< mean number of elliptic holes
