@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kMaxBrake_m_s2 = 5.0;  // 27 deg of tilt
 constexpr double kMaxClimb_m_s2 = 4.0;  // up and down
-constexpr double kMaxRate_rad_s = 8.0;  // asked for while levelling out
+constexpr double kMaxRate_rad_s = 6.0;  // asked for while levelling out
 constexpr double kThrustLag_s = 0.02;   // how fast the commanded thrust follows
 
 }  // namespace
@@ -24,7 +24,7 @@ Fallback::Fallback(const QuadrotorModel& model) : model_(model) {
   thrust_from_wrench_ = wrench_from_thrust.completeOrthogonalDecomposition().pseudoInverse();
 
   rate_gain_s_ = std::min(20.0, 0.5 / model.rotor_time_constant_s);
-  attitude_gain_s_ = rate_gain_s_ / 3;
+  attitude_gain_s_ = rate_gain_s_ / 3.5;
   velocity_gain_s_ = std::min(2.0, attitude_gain_s_ / 3);
   height_gain_s2_ = velocity_gain_s_ * velocity_gain_s_ / 4;  // critically damped
 }

@@ -1,0 +1,129 @@
+#include "client/sdk/plan_player.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "tests/support/messages.h"
+
+namespace gatefield::sdk {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Rates 1, 2, 3, ... N/s in the intervals; thrusts are their integral from `first_n`; body rates 0.1, 0.2, ... about x.
+protocol::ThrustRateCommand plan(Stamp start, int steps = 4, Stamp step = 10ms, Stamp validity = 1s,
+                                 double first_n = 2.0) {
+  protocol::ThrustRateCommand command = test::good_command("drone", 1, steps);
+  command.plan_start = start;
+  command.plan_step = step;
+  command.validity = validity;
+  double thrust_n = first_n;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(steps); ++k) {
+    const double rate = static_cast<double>(k) + 1.0;
+    thrust_n += rate * seconds(step);
+    command.thrust_rate_n_s[k].setConstant(rate);
+    command.rotor_thrust_n[k].setConstant(thrust_n);
+    command.body_rates_rad_s[k] = {0.1 * rate, 0, 0};
+  }
+  return command;
+}
+
+double rate_at(const PlanPlayer& player, Stamp now) {
+  const auto setpoint = player.at(now);
+  return setpoint ? setpoint->thrust_rate_n_s[0] : -1.0;
+}
+
+TEST(PlanPlayer, SaysNothingWithoutAPlan) { EXPECT_FALSE(PlanPlayer().at(1s).has_value()); }
+
+TEST(PlanPlayer, PlaysTheIntervalThatHoldsNow) {
+  PlanPlayer player;
+  player.take(plan(100ms));
+  EXPECT_EQ(rate_at(player, 100ms), 1);
+  EXPECT_EQ(rate_at(player, 110ms - 1ns), 1);
+  EXPECT_EQ(rate_at(player, 110ms), 2);
+  EXPECT_EQ(rate_at(player, 139ms), 4);
+  EXPECT_EQ(player.at(100ms)->source, Setpoint::Source::kPlan);
+}
+
+TEST(PlanPlayer, EndsWithTheLastStepOrTheValidityWhicheverComesFirst) {
+  PlanPlayer player;
+  player.take(plan(100ms));
+  EXPECT_TRUE(player.at(140ms - 1ns).has_value());
+  EXPECT_FALSE(player.at(140ms).has_value());
+  player.take(plan(200ms, 4, 10ms, 25ms));
+  EXPECT_TRUE(player.at(225ms - 1ns).has_value());
+  EXPECT_FALSE(player.at(225ms).has_value());
+}
+
+TEST(PlanPlayer, ThrustsFollowTheirRatesWithinAnInterval) {
+  PlanPlayer player;
+  player.take(plan(100ms));
+  EXPECT_NEAR(player.at(100ms)->rotor_thrust_n[2], 2.0, 1e-12);
+  EXPECT_NEAR(player.at(105ms)->rotor_thrust_n[2], 2.0 + 0.005, 1e-12);
+  EXPECT_NEAR(player.at(110ms)->rotor_thrust_n[2], 2.0 + 0.010, 1e-12);
+  EXPECT_NEAR(player.at(115ms)->rotor_thrust_n[2], 2.0 + 0.010 + 0.010, 1e-12);
+  EXPECT_NEAR(player.at(115ms)->collective_thrust_n, 4 * 2.020, 1e-12);
+  EXPECT_NEAR(player.at(115ms)->body_rates_rad_s.x(), 0.15, 1e-12);
+}
+
+TEST(PlanPlayer, AThrustAtItsLimitStaysThere) {
+  PlanPlayer player;
+  protocol::ThrustRateCommand command = plan(0ms, 2, 100ms);
+  command.rotor_thrust_n[0].setConstant(10.0);
+  command.rotor_thrust_n[1].setConstant(10.0);  // the rate says on, the limit says no
+  command.thrust_rate_n_s[1].setConstant(30.0);
+  player.take(command);
+  EXPECT_EQ(player.at(120ms)->rotor_thrust_n[0], 10.0);
+}
+
+TEST(PlanPlayer, AnOlderPlanGoesOnUntilTheNewerOneBegins) {
+  PlanPlayer player;
+  player.take(plan(100ms, 20));
+  player.take(plan(150ms, 20));
+  EXPECT_EQ(rate_at(player, 149ms), 5);
+  EXPECT_EQ(rate_at(player, 150ms), 1);
+}
+
+TEST(PlanPlayer, SeveralPlansMayLieInTheFuture) {
+  PlanPlayer player;
+  for (int i = 0; i < 4; ++i) player.take(plan(100ms + i * 20ms, 10));
+  EXPECT_EQ(rate_at(player, 115ms), 2);
+  EXPECT_EQ(rate_at(player, 125ms), 1);
+  EXPECT_EQ(rate_at(player, 155ms), 2);
+  EXPECT_EQ(rate_at(player, 165ms), 1);
+}
+
+TEST(PlanPlayer, AnOlderPlanDoesNotComeBackWhenTheNewerOneIsOver) {
+  PlanPlayer player;
+  player.take(plan(100ms, 40));
+  player.take(plan(150ms, 2));
+  EXPECT_TRUE(player.at(169ms).has_value());
+  EXPECT_FALSE(player.at(171ms).has_value());
+}
+
+TEST(PlanPlayer, APlanThatBeginsEarlierReplacesWhatWasToComeLater) {
+  PlanPlayer player;
+  player.take(plan(200ms, 20));
+  player.take(plan(100ms, 20));
+  EXPECT_EQ(rate_at(player, 205ms), 11);
+}
+
+TEST(PlanPlayer, TheFirstPlanBeginsAtMostOneStepEarly) {
+  PlanPlayer player;
+  player.take(plan(100ms));
+  EXPECT_FALSE(player.at(89ms).has_value());
+  ASSERT_TRUE(player.at(90ms).has_value());
+  EXPECT_NEAR(player.at(95ms)->rotor_thrust_n[0], 2.0, 1e-12);
+}
+
+TEST(PlanPlayer, AnIntegratedPlanReachesItsThrusts) {
+  PlanPlayer player;
+  player.take(plan(0ms, 20, 30ms));
+  double thrust_n = 2.0;
+  for (Stamp now{0}; now < 600ms; now += 1ms) thrust_n += rate_at(player, now) * 1e-3;
+  EXPECT_NEAR(thrust_n, plan(0ms, 20, 30ms).rotor_thrust_n[19][0], 1e-9);
+}
+
+}  // namespace
+}  // namespace gatefield::sdk

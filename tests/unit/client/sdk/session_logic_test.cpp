@@ -1,0 +1,164 @@
+#include "client/sdk/session_logic.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/messages.h"
+
+namespace gatefield::sdk {
+namespace {
+
+using namespace std::chrono_literals;
+using Phase = SessionLogic::Phase;
+using Heard = SessionLogic::Heard;
+
+protocol::SessionReply accept(std::uint64_t request, std::uint64_t session, const std::string& server = "planner-1") {
+  auto reply = test::good_reply("drone", request);
+  reply.session = session;
+  reply.server = server;
+  return reply;
+}
+
+protocol::SessionReply refuse(std::uint64_t request, const std::string& reason,
+                              const std::string& server = "planner-1") {
+  auto reply = accept(request, 0, server);
+  reply.accepted = false;
+  reply.reason = reason;
+  return reply;
+}
+
+protocol::ThrustRateCommand command(std::uint64_t session, std::uint64_t sequence) {
+  auto message = test::good_command("drone", sequence);
+  message.session = session;
+  return message;
+}
+
+SessionLogic joined(std::uint64_t session = 50) {
+  SessionLogic logic(7);
+  logic.request_due(0s);
+  EXPECT_TRUE(logic.on_reply(accept(7, session), 0s));
+  return logic;
+}
+
+TEST(SessionLogic, AsksAtOnceAndThenEveryHalfSecond) {
+  SessionLogic logic(7);
+  EXPECT_EQ(logic.request(), 7u);
+  EXPECT_TRUE(logic.request_due(10s));
+  EXPECT_FALSE(logic.request_due(10s + 499ms));
+  EXPECT_TRUE(logic.request_due(10s + 500ms));
+  EXPECT_FALSE(logic.request_due(10s + 501ms));
+}
+
+TEST(SessionLogic, JoinsWithTheFirstAcceptanceOfItsOwnRequest) {
+  SessionLogic logic(7);
+  EXPECT_FALSE(logic.on_reply(accept(6, 49), 0s)) << "an answer to an earlier start";
+  EXPECT_EQ(logic.phase(), Phase::kJoining);
+  EXPECT_TRUE(logic.on_reply(accept(7, 50), 0s));
+  EXPECT_EQ(logic.phase(), Phase::kJoined);
+  EXPECT_EQ(logic.session().session, 50u);
+  EXPECT_EQ(logic.reconnects(), 0u);
+  EXPECT_FALSE(logic.request_due(60s)) << "joined and not silent: nothing to ask";
+}
+
+TEST(SessionLogic, ARefusalIsFinal) {
+  SessionLogic logic(7);
+  EXPECT_FALSE(logic.on_reply(refuse(7, "profile is \"x\", expected race or paper"), 0s));
+  EXPECT_EQ(logic.phase(), Phase::kFailed);
+  EXPECT_EQ(logic.reason(), "profile is \"x\", expected race or paper");
+  EXPECT_FALSE(logic.on_reply(accept(7, 50), 0s));
+  EXPECT_FALSE(logic.request_due(60s));
+}
+
+TEST(SessionLogic, BusyIsTriedAgainWithANewNumberAfterAPause) {
+  SessionLogic logic(7);
+  EXPECT_TRUE(logic.request_due(1s));
+  logic.on_reply(refuse(7, "busy: drone is flown by another client"), 1s);
+  EXPECT_EQ(logic.phase(), Phase::kJoining);
+  EXPECT_EQ(logic.request(), 8u);
+  EXPECT_FALSE(logic.request_due(1s + 249ms));
+  EXPECT_TRUE(logic.request_due(1s + 250ms));
+  EXPECT_FALSE(logic.on_reply(refuse(7, "busy: late"), 2s)) << "an answer to the attempt before";
+  EXPECT_EQ(logic.request(), 8u);
+  EXPECT_TRUE(logic.on_reply(accept(8, 50), 2s));
+}
+
+TEST(SessionLogic, TheRequestNumberNeverBecomesZero) {
+  SessionLogic logic(UINT64_MAX);
+  logic.on_reply(refuse(UINT64_MAX, "busy: x"), 0s);
+  EXPECT_EQ(logic.request(), 1u);
+}
+
+TEST(SessionLogic, CommandsOfTheSessionCountOnceAndOthersNever) {
+  SessionLogic logic = joined(50);
+  EXPECT_EQ(logic.on_command(command(50, 1)), Heard::kNew);
+  EXPECT_EQ(logic.on_command(command(50, 1)), Heard::kRepeated);
+  EXPECT_EQ(logic.on_command(command(50, 3)), Heard::kNew);
+  EXPECT_EQ(logic.on_command(command(50, 2)), Heard::kRepeated);
+  EXPECT_EQ(logic.on_command(command(51, 9)), Heard::kForeign);
+  SessionLogic early(7);
+  EXPECT_EQ(early.on_command(command(0, 1)), Heard::kForeign);
+}
+
+TEST(SessionLogic, ARestartedServerIsAdoptedAtOnce) {
+  SessionLogic logic = joined(50);
+  EXPECT_EQ(logic.on_command(command(50, 1000)), Heard::kNew);
+  EXPECT_FALSE(logic.on_reply(accept(7, 50), 1s)) << "the same reply again";
+  EXPECT_TRUE(logic.on_reply(accept(7, 60), 1s));
+  EXPECT_EQ(logic.session().session, 60u);
+  EXPECT_EQ(logic.reconnects(), 1u);
+  EXPECT_EQ(logic.on_command(command(50, 1001)), Heard::kForeign);
+  EXPECT_EQ(logic.on_command(command(60, 1)), Heard::kNew) << "a new session counts from 1";
+}
+
+TEST(SessionLogic, AnotherServersAcceptanceWaitsUntilOursIsSilent) {
+  SessionLogic logic = joined(50);
+  EXPECT_FALSE(logic.on_reply(accept(7, 70, "planner-2"), 0s));
+  EXPECT_EQ(logic.session().session, 50u);
+  EXPECT_FALSE(logic.on_state_sent(1s));
+  logic.on_command(command(50, 1));
+  EXPECT_FALSE(logic.on_state_sent(5s)) << "a pause of our own is not the server's silence";
+  EXPECT_FALSE(logic.on_state_sent(5s + 999ms));
+  EXPECT_TRUE(logic.on_state_sent(6s));
+  EXPECT_EQ(logic.session().session, 70u);
+  EXPECT_EQ(logic.reconnects(), 1u);
+  EXPECT_FALSE(logic.on_state_sent(6s + 500ms));
+}
+
+TEST(SessionLogic, ASilentServerIsAskedAgainOnceASecond) {
+  SessionLogic logic = joined(50);
+  logic.on_state_sent(10s);
+  EXPECT_FALSE(logic.request_due(10s + 900ms));
+  EXPECT_TRUE(logic.request_due(11s));
+  EXPECT_FALSE(logic.request_due(11s + 900ms));
+  EXPECT_TRUE(logic.request_due(12s));
+  EXPECT_EQ(logic.request(), 7u) << "the same number: the server answers with the same session if it has it still";
+}
+
+TEST(SessionLogic, AServerThatEndsTheSessionIsFollowedByTheNextOne) {
+  SessionLogic logic = joined(50);
+  EXPECT_FALSE(logic.on_reply(refuse(7, "stopping", "planner-2"), 0s)) << "not our server";
+  EXPECT_EQ(logic.phase(), Phase::kJoined);
+  EXPECT_FALSE(logic.on_reply(refuse(7, "the server stops"), 0s));
+  EXPECT_EQ(logic.phase(), Phase::kEnded);
+  EXPECT_TRUE(logic.on_reply(accept(7, 80, "planner-2"), 1s));
+  EXPECT_EQ(logic.phase(), Phase::kJoined);
+  EXPECT_EQ(logic.session().session, 80u);
+}
+
+TEST(SessionLogic, ASpareTakesOverAtOnceWhenTheSessionIsEnded) {
+  SessionLogic logic = joined(50);
+  logic.on_reply(accept(7, 70, "planner-2"), 0s);
+  EXPECT_TRUE(logic.on_reply(refuse(7, "the server stops"), 0s));
+  EXPECT_EQ(logic.session().server, "planner-2");
+}
+
+TEST(SessionLogic, AWithdrawnSpareIsForgotten) {
+  SessionLogic logic = joined(50);
+  logic.on_reply(accept(7, 70, "planner-2"), 0s);
+  logic.on_reply(refuse(7, "the server stops", "planner-2"), 0s);
+  logic.on_state_sent(1s);
+  EXPECT_FALSE(logic.on_state_sent(3s));
+  EXPECT_EQ(logic.session().session, 50u);
+}
+
+}  // namespace
+}  // namespace gatefield::sdk
