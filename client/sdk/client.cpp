@@ -294,9 +294,10 @@ class DdsClient final : public Client, private dds::ClientHandler {
       heard_lap_ = command.health.lap;
       command_ = command;
       command_valid_ = command_fresh_ = true;
+      // Under the lock, so that who sees the answer also plays it: lockstep would not repeat itself otherwise.
+      // Of this reader's callbacks only one runs at a time, so the mailbox has one writer.
+      play_box_.write(command);
     }
-    // Of this reader's callbacks only one runs at a time, so the mailbox has one writer.
-    play_box_.write(command);
     changed_.notify_all();
   }
 
