@@ -149,7 +149,7 @@ void draw_color_bar(Canvas* canvas, const Eigen::Vector2d& top_left, double widt
     canvas->line({top_left.x() + width, y}, {top_left.x() + width + 5, y}, ink, 1);
     canvas->text(tick_label(value, step), {top_left.x() + width + 9, y + 5}, 10, ink);
   }
-  canvas->text(caption, top_left + Eigen::Vector2d(0, -12), 11, ink);
+  canvas->text(caption, top_left + Eigen::Vector2d(0.5 * width + 8, -14), 11, ink, Align::kCenter);
 }
 
 }  // namespace gatefield::simulator

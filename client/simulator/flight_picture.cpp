@@ -29,7 +29,7 @@ class View {
       : canvas_(canvas), across_(across), up_(up) {
     scale_ = (size.array() / shown.sizes().array()).minCoeff();
     center_ = shown.center();
-    middle_ = top_left + 0.5 * size;
+    middle_ = top_left + 0.5 * scale_ * shown.sizes();
     top_left_ = middle_ - 0.5 * scale_ * shown.sizes();
     bottom_right_ = middle_ + 0.5 * scale_ * shown.sizes();
     shown_ = shown;
@@ -39,6 +39,7 @@ class View {
     return middle_ + scale_ * Eigen::Vector2d(p_W[across_] - center_.x(), center_.y() - p_W[up_]);
   }
   double scale() const { return scale_; }
+  bool edge_on(const Eigen::Vector3d& normal_W) const { return std::hypot(normal_W[across_], normal_W[up_]) > 0.9; }
   Eigen::Vector2d top_left() const { return top_left_; }
   Eigen::Vector2d bottom_right() const { return bottom_right_; }
 
@@ -85,6 +86,29 @@ class View {
   Eigen::AlignedBox2d shown_;
 };
 
+/// What the colours mean: from the speed below which the vehicle hardly ever was up to the top, so that differences
+/// show.
+struct SpeedRange {
+  double axis_top_m_s = 1.0;
+  double low_m_s = 0.0;
+  double high_m_s = 1.0;
+
+  explicit SpeedRange(const Report& report) {
+    std::vector<double> speeds;
+    for (const auto& sample : report.samples)
+      if (sample.state.v_WB.allFinite()) speeds.push_back(sample.state.v_WB.norm());
+    std::sort(speeds.begin(), speeds.end());
+    high_m_s = std::max(report.top_speed_m_s, 1.0);
+    const double slow_m_s = speeds.empty() ? 0.0 : speeds[speeds.size() / 12];
+    low_m_s = std::min(slow_m_s, 0.75 * high_m_s);
+    const double step = tick_step(high_m_s, 6), fine = tick_step(high_m_s - low_m_s, 6);
+    axis_top_m_s = step * std::ceil(high_m_s / step - 1e-9);
+    low_m_s = fine * std::floor(low_m_s / fine + 1e-9);
+    high_m_s = fine * std::ceil(high_m_s / fine - 1e-9);
+  }
+  cv::Scalar color(double speed_m_s) const { return ramp_color((speed_m_s - low_m_s) / (high_m_s - low_m_s)); }
+};
+
 /// Nearest point of the flight volume: a vehicle that ran away does not shrink the picture to nothing.
 Eigen::Vector3d inside(const config::Track& track, const Eigen::Vector3d& p_W) {
   return p_W.cwiseMax(track.flight_volume.min()).cwiseMin(track.flight_volume.max());
@@ -111,38 +135,51 @@ Eigen::AlignedBox3d shown_volume(const config::Scenario& scenario, const scene::
 void draw_world(Canvas* canvas, const View& view, const scene::World& world) {
   for (const auto& box : world.boxes) view.draw_box(box, kClutter, 0.45);
   for (const auto& gate : world.gates) {
-    const double c = gate.shape.inner_half_m;
+    const double c = gate.shape.inner_half_m, outer = gate.shape.outer_half_m;
     const auto at = [&](double y, double z) { return view(gate.X_WG * Eigen::Vector3d(0, y, z)); };
-    canvas->line(at(-c, 0), at(c, 0), kOpening, 2.5);  // where one may pass
-    canvas->line(at(0, -c), at(0, c), kOpening, 2.5);
+    canvas->polygon({at(-c, -c), at(c, -c), at(c, c), at(-c, c)}, kOpening, 0.2);  // where one may pass
     for (const auto& piece : scene::frame_boxes(gate)) view.draw_box(piece, kFrame, 0.6);
+    if (!view.edge_on(gate.X_WG.linear().col(0))) continue;
+    // Seen from its edge a gate is a line: green where one may pass, thick and dark where one may not.
+    for (const Eigen::Vector2d& side : {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}) {
+      const auto along = [&](double r) { return at(r * side.x(), r * side.y()); };
+      if ((along(outer) - along(-outer)).norm() < outer * view.scale()) continue;  // the side that points at the viewer
+      canvas->line(along(-c), along(c), kOpening, 3);
+      canvas->line(along(c), along(outer), kFrame, 6);
+      canvas->line(along(-c), along(-outer), kFrame, 6);
+    }
   }
 }
 
-void draw_nominal(Canvas* canvas, const View& view, const config::Track& track, bool numbers) {
-  for (std::size_t i = 0; i < track.course.waypoints.size(); ++i) {
-    const auto& waypoint = track.course.waypoints[i];
+void draw_nominal(Canvas* canvas, const View& view, const config::Track& track) {
+  for (const auto& waypoint : track.course.waypoints) {
     const Eigen::Vector2d p = view(waypoint.p_W);
     canvas->circle(p, 6, kNominal, 2);
     canvas->line(p - Eigen::Vector2d(3, 0), p + Eigen::Vector2d(3, 0), kNominal, 1.5);
     canvas->line(p - Eigen::Vector2d(0, 3), p + Eigen::Vector2d(0, 3), kNominal, 1.5);
-    if (!numbers) continue;
-    const Eigen::Vector2d beside =
-        Eigen::Vector3d(waypoint.direction_W).cross(Eigen::Vector3d::UnitZ()).head<2>().normalized();
-    const Eigen::Vector2d label =
-        p + (track.course.gate.outer_half_m * view.scale() + 30) * Eigen::Vector2d(beside.x(), -beside.y());
-    canvas->text(std::to_string(i + 1), label + Eigen::Vector2d(0, 7), 14, kInk, Align::kCenter, true);
+  }
+}
+
+/// Each gate's number, to the right of who passes it.
+void draw_numbers(Canvas* canvas, const View& view, const scene::World& world) {
+  for (std::size_t i = 0; i < world.gates.size(); ++i) {
+    const auto& gate = world.gates[i];
+    const Eigen::Vector3d p_G(0, -gate.shape.outer_half_m - 22 / view.scale(), 0);
+    const Eigen::Vector2d at = view(gate.X_WG * p_G)
+                                   .cwiseMax(view.top_left() + Eigen::Vector2d(14, 14))
+                                   .cwiseMin(view.bottom_right() - Eigen::Vector2d(14, 14));
+    canvas->text(std::to_string(i + 1), at + Eigen::Vector2d(0, 7), 14, kInk, Align::kCenter, true);
   }
 }
 
 void draw_path(Canvas* canvas, const View& view, const config::Scenario& scenario, const Report& report,
-               double top_speed_m_s) {
+               const SpeedRange& speeds) {
   for (std::size_t i = 1; i < report.samples.size(); ++i) {
     const auto& from = report.samples[i - 1].state;
     const auto& to = report.samples[i].state;
     if (!from.p_WB.allFinite() || !to.p_WB.allFinite()) continue;
     canvas->line(view(inside(scenario.track, from.p_WB)), view(inside(scenario.track, to.p_WB)),
-                 ramp_color(to.v_WB.norm() / top_speed_m_s), 2.5);
+                 speeds.color(to.v_WB.norm()), 2.5);
   }
   const Eigen::Vector2d start = view(scenario.track.start_p_WB);
   canvas->circle(start, 6, {255, 255, 255}, -1);
@@ -154,24 +191,24 @@ void draw_path(Canvas* canvas, const View& view, const config::Scenario& scenari
 }
 
 void draw_speed(Canvas* canvas, const Eigen::Vector2d& top_left, const Eigen::Vector2d& size, const Report& report,
-                double top_speed_m_s) {
+                const SpeedRange& speeds) {
   const Eigen::Vector2d bottom_right = top_left + size;
   const double end_s = std::max(report.race_time_s, 1e-3);
   const auto at = [&](double t_s, double speed_m_s) {
     return Eigen::Vector2d(top_left.x() + size.x() * t_s / end_s,
-                           bottom_right.y() - size.y() * std::min(speed_m_s / top_speed_m_s, 1.0));
+                           bottom_right.y() - size.y() * std::min(speed_m_s / speeds.axis_top_m_s, 1.0));
   };
-  const double time_step = tick_step(end_s, 12), speed_step = tick_step(top_speed_m_s, 6);
+  const double time_step = tick_step(end_s, 12), speed_step = tick_step(speeds.axis_top_m_s, 6);
   for (double t_s = 0; t_s <= end_s + 1e-9; t_s += time_step) {
-    canvas->line(at(t_s, 0), at(t_s, top_speed_m_s), kFaint, 1);
+    canvas->line(at(t_s, 0), at(t_s, speeds.axis_top_m_s), kFaint, 1);
     canvas->text(tick_label(t_s, time_step), at(t_s, 0) + Eigen::Vector2d(0, 20), 10, kInk, Align::kCenter);
   }
-  for (double speed = 0; speed <= top_speed_m_s + 1e-9; speed += speed_step) {
+  for (double speed = 0; speed <= speeds.axis_top_m_s + 1e-9; speed += speed_step) {
     canvas->line(at(0, speed), at(end_s, speed), kFaint, 1);
     canvas->text(tick_label(speed, speed_step), at(0, speed) + Eigen::Vector2d(-8, 5), 10, kInk, Align::kRight);
   }
   for (const Pass& pass : report.passes) {
-    const Eigen::Vector2d top = at(seconds(pass.time), top_speed_m_s);
+    const Eigen::Vector2d top = at(seconds(pass.time), speeds.axis_top_m_s);
     canvas->dashed_line(top, at(seconds(pass.time), 0), kOpening, 1.5, 5);
     if (report.passes.size() <= 24)
       canvas->text(std::to_string(pass.gate + 1), top + Eigen::Vector2d(0, -6), 10, kOpening, Align::kCenter);
@@ -179,8 +216,7 @@ void draw_speed(Canvas* canvas, const Eigen::Vector2d& top_left, const Eigen::Ve
   for (std::size_t i = 1; i < report.samples.size(); ++i) {
     const double from = report.samples[i - 1].state.v_WB.norm(), to = report.samples[i].state.v_WB.norm();
     if (!std::isfinite(from) || !std::isfinite(to)) continue;
-    canvas->line(at(report.samples[i - 1].t_s, from), at(report.samples[i].t_s, to), ramp_color(to / top_speed_m_s),
-                 2.5);
+    canvas->line(at(report.samples[i - 1].t_s, from), at(report.samples[i].t_s, to), speeds.color(to), 2.5);
   }
   canvas->rectangle(top_left, bottom_right, kAxis, 1);
   canvas->text("Speed, gates passed", top_left + Eigen::Vector2d(0, -26), 13, kInk, Align::kLeft, true);
@@ -211,33 +247,34 @@ Status write_flight_picture(const std::filesystem::path& file, const config::Sce
                             const std::string& subtitle) {
   const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
   const Eigen::AlignedBox3d shown = shown_volume(scenario, world, report);
-  const double speed_step = tick_step(std::max(report.top_speed_m_s, 1.0), 6);
-  const double top_speed_m_s = speed_step * std::ceil(std::max(report.top_speed_m_s, 1.0) / speed_step - 1e-9);
+  const SpeedRange speeds(report);
 
   Canvas canvas(1800, 1000);
-  const std::string title = (scenario.title.empty() ? "" : scenario.title + ": ") + report.sentence;
+  const std::string title = (scenario.title.empty() ? "" : scenario.title + " - ") + report.sentence;
   double title_height = 20;
   while (title_height > 10 && Canvas::text_width(title, title_height, true) > 1700) title_height -= 1;
   canvas.text(title, {80, 48}, title_height, report.outcome == Outcome::kFinished ? kGood : kBad, Align::kLeft, true);
   canvas.text(subtitle, {80, 80}, 12, kInk);
 
   const Eigen::AlignedBox2d plan(Eigen::Vector2d(shown.min().head<2>()), Eigen::Vector2d(shown.max().head<2>()));
-  const View top(&canvas, {80, 130}, {820, 780}, 0, 1, plan);
+  const View top(&canvas, {110, 130}, {780, 780}, 0, 1, plan);
   top.draw_axes("Top view", "x [m]", "y [m]");
   draw_world(&canvas, top, world);
-  draw_path(&canvas, top, scenario, report, top_speed_m_s);
-  draw_nominal(&canvas, top, scenario.track, true);
+  draw_path(&canvas, top, scenario, report, speeds);
+  draw_nominal(&canvas, top, scenario.track);
+  draw_numbers(&canvas, top, world);
 
   const Eigen::AlignedBox2d elevation(Eigen::Vector2d(shown.min().x(), shown.min().z()),
                                       Eigen::Vector2d(shown.max().x(), shown.max().z()));
-  const View side(&canvas, {1000, 130}, {630, 330}, 0, 2, elevation);
+  const View side(&canvas, {990, 130}, {670, 380}, 0, 2, elevation);
   side.draw_axes("Side view, along y", "x [m]", "z [m]");
   draw_world(&canvas, side, world);
-  draw_path(&canvas, side, scenario, report, top_speed_m_s);
-  draw_nominal(&canvas, side, scenario.track, false);
+  draw_path(&canvas, side, scenario, report, speeds);
+  draw_nominal(&canvas, side, scenario.track);
 
-  draw_speed(&canvas, {1000, 590}, {630, 320}, report, top_speed_m_s);
-  draw_color_bar(&canvas, {1690, 160}, 22, 750, 0.0, top_speed_m_s, "speed [m/s]");
+  const double speed_top = side.bottom_right().y() + 130;
+  draw_speed(&canvas, {990, speed_top}, {670, 910 - speed_top}, report, speeds);
+  draw_color_bar(&canvas, {1712, 160}, 22, 750, speeds.low_m_s, speeds.high_m_s, "speed [m/s]");
   draw_legend(&canvas, {100, 978});
 
   std::vector<std::uint8_t> bytes;

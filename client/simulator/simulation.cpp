@@ -70,9 +70,11 @@ class SnapshotKeeper {
     const Eigen::Isometry3d X_WC = X_WB * camera_.X_BC;
     const Eigen::Vector3d p_CG = X_WC.inverse() * world_.gates[static_cast<std::size_t>(gate)].X_WG.translation();
     const bool visible = camera_.sees(p_CG, 0.15 * camera_.height_px);
-    const int rank = !visible ? 0 : p_CG.z() < 2.5 || p_CG.z() > 4.5 ? 1 : passes == 0 ? 2 : 3;
-    if (rank <= rank_) return;
+    const double off_m = std::abs(p_CG.z() - kBestDistance_m);
+    const int rank = !visible ? 0 : off_m > 1.0 ? 1 : passes == 0 ? 2 : 3;
+    if (rank < rank_ || (rank == rank_ && off_m >= off_m_)) return;
     rank_ = rank;
+    off_m_ = off_m;
     kept_ = Snapshot{depth, camera_, X_WC, gate, t_s};
   }
 
@@ -81,7 +83,9 @@ class SnapshotKeeper {
  private:
   const scene::World& world_;
   CameraModel camera_;
+  static constexpr double kBestDistance_m = 3.5;
   int rank_ = -1;
+  double off_m_ = 0.0;
   std::optional<Snapshot> kept_;
 };
 

@@ -50,6 +50,8 @@ Result<fs::path> find_config(const std::string& kind, const std::string& name, c
   if (given.is_relative() && !base.empty() && is_file(base / given)) return (base / given).lexically_normal();
   if (is_file(given)) return given;
   const bool short_name = given.filename() == given && given.extension() != ".txt";
+  std::error_code failure;
+  if (fs::is_directory(given, failure)) return Error{name + ": is a folder, expected a text file"};
   if (!short_name) return Error{name + ": does not exist, expected a text file"};
   const auto folder = config_folder();
   if (!folder) return Error{folder.error()};
