@@ -1,0 +1,66 @@
+#include "server/app/data_files.h"
+
+#include <algorithm>
+#include <system_error>
+
+#include "server/planner/profile_file.h"
+
+namespace gatefield::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kLevelsUp = 4;  // build/server/app/gatefield-server lies three below the sources
+
+}  // namespace
+
+std::vector<fs::path> data_folder_candidates(const std::string& name) {
+  std::vector<fs::path> candidates;
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) candidates.push_back(program.parent_path().parent_path() / "share/gatefield" / name);
+  candidates.push_back(fs::current_path(error) / "deploy" / name);
+  fs::path above = program.parent_path();
+  for (int i = 0; i < kLevelsUp && above.has_relative_path(); ++i, above = above.parent_path())
+    candidates.push_back(above / "deploy" / name);
+  return candidates;
+}
+
+Result<fs::path> find_data_folder(const std::string& name, const std::string& option) {
+  std::string searched;
+  for (const fs::path& candidate : data_folder_candidates(name)) {
+    std::error_code error;
+    if (fs::is_directory(candidate, error)) return candidate;
+    searched += (searched.empty() ? "" : ", ") + candidate.string();
+  }
+  return Error{"no folder " + name + " was found (searched " + searched + "), expected one there or " + option +
+               " to say where it is"};
+}
+
+Result<std::map<std::string, planner::Profile>> load_profiles(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error))
+    return Error{"profiles folder " + folder.string() + " is not there, expected a folder of planner profiles (*.txt)"};
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+    if (entry.path().extension() == ".txt") files.push_back(entry.path());
+  if (error) return Error{"profiles folder " + folder.string() + " could not be read: " + error.message()};
+  if (files.empty())
+    return Error{"profiles folder " + folder.string() + " has no *.txt in it, expected at least one planner profile"};
+  std::sort(files.begin(), files.end());
+  std::map<std::string, planner::Profile> profiles;
+  std::map<std::string, fs::path> origin;
+  for (const fs::path& file : files) {
+    auto profile = planner::load_profile(file);
+    if (!profile) return Error{profile.error()};
+    const std::string name = profile->name;
+    if (profiles.count(name) != 0)
+      return Error{file.string() + ": name is \"" + name + "\", which " + origin[name].string() +
+                   " has already, expected a name of its own for each profile"};
+    origin[name] = file;
+    profiles.emplace(name, std::move(profile).value());
+  }
+  return profiles;
+}
+
+}  // namespace gatefield::app

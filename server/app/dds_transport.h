@@ -1,0 +1,49 @@
+#pragma once
+
+#include "common/base/logging.h"
+#include "common/dds/server_endpoint.h"
+#include "server/service/service.h"
+#include "server/service/transport.h"
+
+namespace gatefield::app {
+
+/// Joins the service to the wire: the one place where both are known.
+/// Thread-safe: as ServerEndpoint and Service are, once attach() was called.
+class DdsTransport final : public service::Transport, public dds::ServerHandler {
+ public:
+  /// Both before the first sample can be sent; the service before the endpoint is created, because that begins to hear
+  /// at once.
+  void attach(service::Service* service) noexcept { service_ = service; }
+  void attach(dds::ServerEndpoint* endpoint) noexcept { endpoint_ = endpoint; }
+
+  // What the service says.
+  void send(const protocol::SessionReply& reply) override {
+    if (const Status status = endpoint_->publish(reply); !status) log::error(status.error());
+  }
+  bool send(const protocol::ThrustRateCommand& command) noexcept override { return endpoint_->publish(command); }
+  bool send(const protocol::Telemetry& telemetry) noexcept override { return endpoint_->publish(telemetry); }
+  void forget(const std::string& vehicle) override { endpoint_->drop_vehicle(vehicle); }
+
+  // What vehicles say.
+  void on_session_request(const protocol::SessionRequest& request, const Status& verdict) override {
+    service_->on_request(request, verdict);
+  }
+  void on_state(const protocol::VehicleState& state) override { service_->on_state(state); }
+  void on_depth(protocol::DepthFrame& frame) override { service_->on_depth(frame); }
+  void on_vehicle_gone(const std::string& vehicle, std::uint64_t request) override {
+    service_->on_gone(vehicle, request);
+  }
+  void on_rejected(dds::Topic topic, const std::string& vehicle, const std::string& reason) override {
+    using Kind = service::Service::Kind;
+    const Kind kind = topic == dds::Topic::kVehicleState ? Kind::kState
+                      : topic == dds::Topic::kDepthFrame ? Kind::kDepth
+                                                         : Kind::kOther;
+    service_->on_rejected(kind, vehicle, reason);
+  }
+
+ private:
+  service::Service* service_ = nullptr;
+  dds::ServerEndpoint* endpoint_ = nullptr;
+};
+
+}  // namespace gatefield::app

@@ -1,0 +1,71 @@
+#include "server/service/predictor.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gatefield::service {
+namespace {
+
+constexpr std::chrono::nanoseconds kLongestStep = std::chrono::milliseconds(10);
+
+}  // namespace
+
+void InputTimeline::add(Stamp plan_start, Stamp step, std::span<const ThrustRates> rates, Stamp validity) noexcept {
+  while (count_ > 0 && nth(count_ - 1).from >= plan_start) --count_;
+  if (count_ > 0) nth(count_ - 1).to = std::min(nth(count_ - 1).to, plan_start);
+  const Stamp end = plan_start + validity;
+  Stamp from = plan_start;
+  for (const ThrustRates& rate : rates) {
+    if (from >= end) break;
+    if (count_ == kCapacity) {
+      first_ = (first_ + 1) % kCapacity;
+      --count_;
+    }
+    Piece& piece = nth(count_++);
+    piece.from = from;
+    piece.to = std::min(from + step, end);
+    piece.rates = rate;
+    from = piece.to;
+  }
+}
+
+void predict(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
+             QuadrotorState* state) noexcept {
+  inputs.visit(from, to, [&](const ThrustRates& rates, Stamp begin, Stamp end) {
+    while (begin < end) {
+      const Stamp dt = std::min<Stamp>(end - begin, kLongestStep);
+      *state = step_reference(model, *state, rates, seconds(dt));
+      begin += dt;
+    }
+  });
+}
+
+void predict_rotors(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
+                    QuadrotorState* state) noexcept {
+  inputs.visit(from, to, [&](const ThrustRates& rates, Stamp begin, Stamp end) {
+    step_rotors(model, rates, seconds(end - begin), state);
+  });
+}
+
+void DelayEstimate::Mean::take(double x) noexcept {
+  if (count++ == 0) {
+    value = x;
+    deviation = 0.25 * std::abs(x);
+    return;
+  }
+  const double weight = count < 20 ? 0.25 : 0.1;
+  deviation += weight * (std::abs(x - value) - deviation);
+  value += weight * (x - value);
+}
+
+std::chrono::nanoseconds DelayEstimate::network() const noexcept {
+  if (round_trip_.count == 0) return std::chrono::nanoseconds{0};
+  return std::clamp<std::chrono::nanoseconds>(from_seconds(round_trip_.value - residence_.value),
+                                              std::chrono::nanoseconds{0}, kMaxDelay);
+}
+
+std::chrono::nanoseconds DelayEstimate::ahead() const noexcept {
+  return std::min<std::chrono::nanoseconds>(network() + from_seconds(solve_.value + 2.0 * solve_.deviation), kMaxDelay);
+}
+
+}  // namespace gatefield::service

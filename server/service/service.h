@@ -1,0 +1,155 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <shared_mutex>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/logging.h"
+#include "common/base/result.h"
+#include "common/protocol/messages.h"
+#include "server/perception/depth_encoder.h"
+#include "server/planner/planner.h"
+#include "server/planner/profile.h"
+#include "server/service/session.h"
+#include "server/service/sight.h"
+#include "server/service/transport.h"
+#include "server/service/workers.h"
+
+namespace gatefield::service {
+
+struct ServiceOptions {
+  std::string name = "gatefield";  ///< told in every reply
+  int max_vehicles = 8;            ///< sessions at once, 1 to 256
+  int control_threads = 0;         ///< 0 = one per core but one, at least one
+  int perception_threads = 1;
+  bool realtime = false;  ///< SCHED_FIFO for the control threads
+  std::string isa;        ///< instruction set of the kernels
+  std::uint64_t model_hash = 0;
+  double model_gate_inner_half_m =
+      0.0;             ///< the opening the model was trained for; 0 = any. A course with another one is warned of
+  SightOptions sight;  ///< validity threshold and kind of encoder, from the manifest
+  std::map<std::string, planner::Profile> profiles;
+  std::chrono::nanoseconds stale_after = std::chrono::seconds(1);     ///< without a state, the name may be taken over
+  std::chrono::nanoseconds abandon_after = std::chrono::seconds(10);  ///< without a state, a real-time session ends
+  std::chrono::nanoseconds abandon_lockstep_after = std::chrono::seconds(60);  ///< simulators may be paused
+  std::chrono::nanoseconds telemetry_period = std::chrono::milliseconds(500);
+};
+
+/// What the service makes sessions from; tests put their own in.
+struct Factories {
+  std::function<Result<std::unique_ptr<planner::Planner>>(const planner::Profile&, const QuadrotorModel&,
+                                                          const GateShape&, std::uint64_t seed)>
+      planner;
+  std::function<std::unique_ptr<Memory>(const protocol::Course&)> memory;
+  std::function<Result<std::unique_ptr<perception::DepthEncoder>>()> encoder;
+};
+
+/// The planning service: who may join, whose samples go where, and who is told what.
+///
+/// Sessions. A request to join is refused with a sentence, or answered with a session number that goes into every later
+/// sample (random for each start of the server, never 0). The same request again gets the same reply again. Reasons
+/// that begin with "busy:" may be gone a moment later (the name is in use by a session that is heard of, or the server
+/// is full); others will not go away by themselves. A session ends when the vehicle leaves, when its request is
+/// withdrawn (the middleware says so), when another request with its name comes after `stale_after` without a state,
+/// and after `abandon_after` without one. Whenever the server ends a session by itself it says so with a refusal of the
+/// request that was accepted: the client then joins anew.
+///
+/// on_*() may be called from any thread; they store what came and return (requests wait for housekeeping). Without
+/// start() nothing runs by itself: tests call housekeep() and serve the sessions themselves.
+class Service {
+ public:
+  Service(ServiceOptions options, Factories factories, const Clock* clock, Transport* transport);
+  ~Service();  ///< stop()
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+
+  /// Starts the control, perception and housekeeping threads. Fails when an encoder can't be made.
+  Status start();
+  /// Ends all threads and tells every vehicle that the server is leaving. Nothing is sent afterwards.
+  void stop();
+
+  // ---- from the transport -----------------------------------------------------------------------------------------
+  /// @param verdict  what was wrong with the request on its way here, if anything
+  void on_request(const protocol::SessionRequest& request, const Status& verdict = {});
+  void on_state(const protocol::VehicleState& state);
+  /// May swap the frame's pixels for another buffer.
+  void on_depth(protocol::DepthFrame& frame);
+  /// The client that sent this request is gone.
+  void on_gone(const std::string& vehicle, std::uint64_t request);
+  enum class Kind { kState, kDepth, kOther };
+  /// A sample was refused on its way here; `vehicle` may be empty or unknown.
+  void on_rejected(Kind kind, const std::string& vehicle, const std::string& reason);
+
+  // ---- for housekeeping and tests ---------------------------------------------------------------------------------
+  /// Answers requests, ends sessions that nobody uses, sends telemetry, writes the log. Called by one thread.
+  void housekeep();
+  std::shared_ptr<Session> session_of(const std::string& vehicle) const;
+  std::size_t sessions() const;
+  /// Samples for vehicles that have no session here.
+  std::uint64_t strays() const noexcept { return strays_.load(std::memory_order_relaxed); }
+  /// Why real-time scheduling was not granted, after start(); empty when it was or was not asked for.
+  std::string realtime_complaint() const;
+
+ private:
+  struct Asked {
+    protocol::SessionRequest request;
+    Status verdict;
+  };
+  struct Gone {
+    std::string vehicle;
+    std::uint64_t request;
+  };
+
+  void answer(const Asked& asked);
+  void accept(const protocol::SessionRequest& request, const planner::Profile& profile,
+              std::unique_ptr<planner::Planner> planner);
+  void refuse(const protocol::SessionRequest& request, const std::string& reason);
+  void tell_no(const protocol::SessionRequest& request, const std::string& reason);
+  protocol::SessionReply reply_to(const Session& session) const;
+  /// @param told  what the vehicle hears of it; empty = nothing
+  void end(const std::shared_ptr<Session>& session, const std::string& why, const std::string& told);
+  void detach(const Session& session);
+  void stray(const std::string& vehicle, const char* what);
+  void run();
+
+  const ServiceOptions options_;
+  const Factories factories_;
+  const Clock* const clock_;
+  Transport* const transport_;
+  const std::uint64_t first_session_;
+  std::uint64_t sessions_made_ = 0;
+
+  mutable std::shared_mutex sessions_mutex_;  // receiving threads look up, housekeeping changes
+  std::map<std::string, std::shared_ptr<Session>> sessions_;
+
+  std::mutex queue_mutex_;
+  std::condition_variable queue_filled_;
+  std::deque<std::variant<Asked, Gone>> queue_;
+  bool stopping_ = false;
+  bool stopped_ = false;
+
+  std::atomic<std::uint64_t> strays_{0};
+  std::atomic<bool> leaving_{false};
+  log::RateLimiter stray_log_;
+  log::RateLimiter refusal_log_;
+  Stamp next_telemetry_{0};
+  Stamp next_log_{0};
+
+  std::unique_ptr<ControlPool> control_;
+  std::unique_ptr<PerceptionPool> perception_;
+  std::thread housekeeper_;
+};
+
+}  // namespace gatefield::service

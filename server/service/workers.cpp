@@ -1,0 +1,232 @@
+#include "server/service/workers.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+namespace gatefield::service {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Every wait ends, even when a wake-up should be lost.
+constexpr std::chrono::nanoseconds kLongestWait = 100ms;
+/// Lockstep has no deadline of its own; this one places it among those that have.
+constexpr std::chrono::nanoseconds kLockstepDeadline = 10ms;
+constexpr int kControlPriority = 30;
+
+std::chrono::steady_clock::time_point steady(Stamp stamp) {
+  return std::chrono::steady_clock::time_point(std::chrono::duration_cast<std::chrono::steady_clock::duration>(stamp));
+}
+
+void name_thread(const char* role, int index) {
+  const std::string name = std::string(role) + std::to_string(index);
+  pthread_setname_np(pthread_self(), name.c_str());
+}
+
+}  // namespace
+
+int default_control_threads() noexcept {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
+}
+
+// ---- control --------------------------------------------------------------------------------------------------------
+
+ControlPool::ControlPool(const Options& options, const Clock* clock, Transport* transport)
+    : options_(options), clock_(clock), transport_(transport) {
+  for (int i = 0; i < std::max(1, options_.threads); ++i) threads_.emplace_back([this, i] { run(i); });
+  if (!options_.realtime) return;
+  sched_param parameters{};
+  parameters.sched_priority = kControlPriority;
+  for (std::thread& thread : threads_) {
+    const int error = pthread_setschedparam(thread.native_handle(), SCHED_FIFO, &parameters);
+    if (error != 0)
+      complaint_ = "SCHED_FIFO priority " + std::to_string(kControlPriority) +
+                   " was not granted to the control threads (" + std::strerror(error) +
+                   "), expected CAP_SYS_NICE or an rtprio limit of at least that";
+  }
+}
+
+ControlPool::~ControlPool() { stop(); }
+
+void ControlPool::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  for (std::thread& thread : threads_)
+    if (thread.joinable()) thread.join();
+}
+
+std::string ControlPool::complaint() const { return complaint_; }
+
+void ControlPool::add(std::shared_ptr<Session> session) {
+  auto entry = std::make_unique<Entry>();
+  if (!session->lockstep()) {
+    entry->due = clock_->now();
+    entry->deadline = entry->due + session->control_period();
+  }
+  entry->session = std::move(session);
+  {
+    const std::lock_guard lock(mutex_);
+    entries_.push_back(std::move(entry));
+  }
+  changed_.notify_one();
+}
+
+void ControlPool::remove(const Session* session) {
+  std::unique_lock lock(mutex_);
+  const auto is_it = [&](const auto& entry) { return entry->session.get() == session; };
+  const auto found = std::find_if(entries_.begin(), entries_.end(), is_it);
+  if (found == entries_.end()) return;
+  Entry* const entry = found->get();
+  entry->leaving = true;
+  idle_.wait(lock, [&] { return !entry->busy; });  // ends with the step in progress
+  std::erase_if(entries_, is_it);
+}
+
+void ControlPool::wake(const Session* session) {
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& entry : entries_) {
+      if (entry->session.get() != session) continue;
+      if (entry->busy) {
+        entry->woken = true;
+      } else {
+        entry->due = clock_->now();
+        entry->deadline = entry->due + kLockstepDeadline;
+      }
+    }
+  }
+  changed_.notify_one();
+}
+
+void ControlPool::run(int index) {
+  name_thread("control-", index);
+  prctl(PR_SET_TIMERSLACK, 1000UL);  // ns; the default of 50 us is a fair part of a control period at 500 Hz
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    const Stamp now = clock_->now();
+    Entry* chosen = nullptr;
+    Stamp next_due = now + kLongestWait;
+    for (const auto& entry : entries_) {
+      if (entry->busy || entry->leaving) continue;
+      if (entry->due <= now) {
+        if (!chosen || entry->deadline < chosen->deadline) chosen = entry.get();
+      } else {
+        next_due = std::min(next_due, entry->due);
+      }
+    }
+    if (!chosen) {
+      changed_.wait_until(lock, steady(next_due));
+      continue;
+    }
+
+    chosen->busy = true;
+    chosen->woken = false;
+    // Somebody else has to keep an eye on the rest, whose due times may have changed since he began to wait.
+    if (entries_.size() > 1) changed_.notify_one();
+    const Stamp due = chosen->due;
+    Session& session = *chosen->session;
+    lock.unlock();
+    const Session::Answer answer = session.step(clock_->now());
+    if (answer.command) {
+      const bool ok = transport_->send(*answer.command);
+      session.sent(clock_->now(), ok);
+    }
+    const Stamp done = clock_->now();
+    lock.lock();
+
+    chosen->busy = false;
+    if (session.lockstep()) {
+      chosen->due = chosen->woken ? done : answer.wake_at;
+      chosen->deadline = chosen->due == Session::kNever ? Session::kNever : chosen->due + kLockstepDeadline;
+    } else {
+      const auto period = session.control_period();
+      const auto missed = std::max<std::int64_t>(0, (done - due) / period);
+      if (missed > 0) session.missed_deadlines(static_cast<std::uint64_t>(missed));
+      chosen->due = due + (missed + 1) * period;
+      chosen->deadline = chosen->due + period;
+    }
+    idle_.notify_all();
+  }
+}
+
+// ---- perception -----------------------------------------------------------------------------------------------------
+
+PerceptionPool::PerceptionPool(std::vector<std::unique_ptr<perception::DepthEncoder>> encoders,
+                               std::function<void(const Session&)> processed)
+    : encoders_(std::move(encoders)), processed_(std::move(processed)) {
+  int index = 0;
+  for (const auto& encoder : encoders_)
+    threads_.emplace_back([this, &encoder = *encoder, i = index++] { run(encoder, i); });
+}
+
+PerceptionPool::~PerceptionPool() { stop(); }
+
+void PerceptionPool::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  for (std::thread& thread : threads_)
+    if (thread.joinable()) thread.join();
+}
+
+void PerceptionPool::add(std::shared_ptr<Session> session) {
+  auto entry = std::make_unique<Entry>();
+  entry->session = std::move(session);
+  const std::lock_guard lock(mutex_);
+  entries_.push_back(std::move(entry));
+}
+
+void PerceptionPool::remove(const Session* session) {
+  std::unique_lock lock(mutex_);
+  const auto is_it = [&](const auto& entry) { return entry->session.get() == session; };
+  const auto found = std::find_if(entries_.begin(), entries_.end(), is_it);
+  if (found == entries_.end()) return;
+  Entry* const entry = found->get();
+  entry->leaving = true;
+  idle_.wait(lock, [&] { return !entry->busy; });  // ends with the frame in progress
+  std::erase_if(entries_, is_it);
+}
+
+void PerceptionPool::wake() {
+  // The lock makes sure that a thread which just found nothing to do is waiting by now and hears this.
+  { const std::lock_guard lock(mutex_); }
+  changed_.notify_one();
+}
+
+void PerceptionPool::run(perception::DepthEncoder& encoder, int index) {
+  name_thread("perception-", index);
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    Entry* chosen = nullptr;
+    for (std::size_t i = 0; i < entries_.size() && !chosen; ++i) {
+      const std::size_t at = (turn_ + i) % entries_.size();
+      Entry& entry = *entries_[at];
+      if (entry.busy || entry.leaving || !entry.session->frame_due()) continue;
+      chosen = &entry;
+      turn_ = at + 1;
+    }
+    if (!chosen) {
+      changed_.wait_for(lock, kLongestWait);
+      continue;
+    }
+    chosen->busy = true;
+    const std::shared_ptr<Session> session = chosen->session;
+    lock.unlock();
+    if (session->perceive(encoder)) processed_(*session);
+    lock.lock();
+    chosen->busy = false;
+    idle_.notify_all();
+  }
+}
+
+}  // namespace gatefield::service

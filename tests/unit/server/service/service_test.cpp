@@ -1,0 +1,284 @@
+#include "server/service/service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/protocol/validate.h"
+#include "tests/unit/server/service/fakes.h"
+
+namespace gatefield::service {
+namespace {
+
+using testing::FakeEncoder;
+using testing::FakeMemory;
+using testing::FakePlanner;
+using ::testing::HasSubstr;
+using testing::join_request;
+using ::testing::StartsWith;
+using namespace std::chrono_literals;
+
+/// The service without its threads: tests call housekeep() and step the sessions themselves.
+class ServiceTest : public ::testing::Test {
+ protected:
+  ServiceTest() {
+    clock_.set(100s);
+    service_ = make();
+  }
+  std::unique_ptr<Service> make() {
+    ServiceOptions options;
+    options.name = "pad-1";
+    options.max_vehicles = 2;
+    options.isa = "avx2";
+    options.model_hash = 0xabcdef;
+    planner::Profile race = testing::small_profile();
+    planner::Profile paper = testing::small_profile();
+    paper.name = "paper";
+    options.profiles = {{"race", race}, {"paper", paper}};
+    Factories factories;
+    factories.planner = [this](const planner::Profile& profile, const QuadrotorModel& model, const GateShape&,
+                               std::uint64_t seed) -> Result<std::unique_ptr<planner::Planner>> {
+      last_seed_ = seed;
+      return std::unique_ptr<planner::Planner>(
+          std::make_unique<FakePlanner>(profile, model, std::make_shared<FakePlanner::Script>()));
+    };
+    factories.memory = [](const protocol::Course& course) -> std::unique_ptr<Memory> {
+      return std::make_unique<FakeMemory>(course, std::make_shared<FakeMemory::Script>());
+    };
+    factories.encoder = []() -> Result<std::unique_ptr<perception::DepthEncoder>> {
+      return std::unique_ptr<perception::DepthEncoder>(std::make_unique<FakeEncoder>());
+    };
+    return std::make_unique<Service>(options, factories, &clock_, &transport_);
+  }
+  /// What the service says to a request.
+  protocol::SessionReply ask(const protocol::SessionRequest& request, const Status& verdict = {}) {
+    const std::size_t before = transport_.replies().size();
+    service_->on_request(request, verdict);
+    service_->housekeep();
+    const auto replies = transport_.replies();
+    EXPECT_EQ(replies.size(), before + 1);
+    if (replies.empty()) return {};
+    EXPECT_TRUE(protocol::validate(replies.back()).ok()) << protocol::validate(replies.back()).error();
+    return replies.back();
+  }
+  void send_state(const protocol::SessionReply& reply, std::uint64_t sequence, Stamp stamp = 50s) {
+    service_->on_state(testing::hover_state(reply.vehicle, reply.session, sequence, stamp));
+  }
+
+  ManualClock clock_;
+  testing::FakeTransport transport_;
+  std::unique_ptr<Service> service_;
+  std::uint64_t last_seed_ = 0;
+};
+
+TEST_F(ServiceTest, AcceptsAVehicleAndSaysWhatItGets) {
+  auto request = join_request();
+  request.seed = 42;
+  const auto reply = ask(request);
+  EXPECT_TRUE(reply.accepted) << reply.reason;
+  EXPECT_EQ(reply.vehicle, "drone");
+  EXPECT_EQ(reply.request, 7u);
+  EXPECT_EQ(reply.server, "pad-1");
+  EXPECT_NE(reply.session, 0u);
+  EXPECT_DOUBLE_EQ(reply.control_period_s, 0.01);
+  EXPECT_DOUBLE_EQ(reply.plan_step_s, 0.03);
+  EXPECT_EQ(reply.plan_steps, 20);
+  EXPECT_EQ(reply.model_hash, 0xabcdefu);
+  EXPECT_EQ(last_seed_, 42u);
+
+  send_state(reply, 1);
+  const auto session = service_->session_of("drone");
+  ASSERT_TRUE(session);
+  EXPECT_NE(session->step(clock_.now()).command, nullptr);
+}
+
+TEST_F(ServiceTest, SessionNumbersDifferBetweenVehiclesAndStarts) {
+  const auto first = ask(join_request("a", 1));
+  const auto second = ask(join_request("b", 1));
+  EXPECT_NE(first.session, second.session);
+  service_ = make();
+  EXPECT_NE(ask(join_request("a", 1)).session, first.session);
+}
+
+TEST_F(ServiceTest, TheSameRequestGetsTheSameReply) {
+  const auto first = ask(join_request());
+  const auto again = ask(join_request());
+  EXPECT_TRUE(again.accepted);
+  EXPECT_EQ(again.session, first.session);
+  EXPECT_EQ(service_->sessions(), 1u);
+}
+
+TEST_F(ServiceTest, RefusalsNameFieldValueAndExpectation) {
+  struct Case {
+    const char* what;
+    std::function<void(protocol::SessionRequest&)> spoil;
+    std::vector<std::string> words;
+  };
+  const std::vector<Case> cases{
+      {"version", [](auto& r) { r.version = 2; }, {"version is 2", "expected 1"}},
+      {"profile", [](auto& r) { r.profile = "drift"; }, {"profile is \"drift\"", "paper, race"}},
+      {"mass", [](auto& r) { r.quadrotor.mass_kg = 0; }, {"mass_kg is 0"}},
+      {"thrust", [](auto& r) { r.quadrotor.thrust_max_n = 1.5; }, {"thrust_max_n is 1.5", "weight"}},
+      {"course", [](auto& r) { r.course.waypoints.clear(); }, {"course.waypoints is 0 long", "1 to 64"}},
+      {"camera", [](auto& r) { r.camera.width_px = 4; }, {"camera.width_px is 4"}},
+  };
+  for (const Case& bad : cases) {
+    auto request = join_request();
+    bad.spoil(request);
+    const auto reply = ask(request);
+    EXPECT_FALSE(reply.accepted) << bad.what;
+    EXPECT_EQ(reply.session, 0u);
+    for (const std::string& word : bad.words) EXPECT_THAT(reply.reason, HasSubstr(word));
+  }
+  EXPECT_EQ(service_->sessions(), 0u);
+}
+
+TEST_F(ServiceTest, RefusesWhatTheWireFoundWrong) {
+  const auto reply = ask(join_request(), Error{"course.waypoints is 4000000000 long, expected 1 to 64"});
+  EXPECT_FALSE(reply.accepted);
+  EXPECT_THAT(reply.reason, HasSubstr("4000000000"));
+}
+
+TEST_F(ServiceTest, ANameInUseIsBusyUntilItFallsSilent) {
+  const auto mine = ask(join_request("drone", 7));
+  send_state(mine, 1);
+  clock_.advance(900ms);
+  const auto refused = ask(join_request("drone", 8));
+  EXPECT_FALSE(refused.accepted);
+  EXPECT_THAT(refused.reason, StartsWith("busy:"));
+  EXPECT_EQ(refused.request, 8u);
+
+  clock_.advance(200ms);
+  const auto taken = ask(join_request("drone", 8));
+  EXPECT_TRUE(taken.accepted) << taken.reason;
+  EXPECT_NE(taken.session, mine.session);
+  EXPECT_EQ(service_->sessions(), 1u);
+  // The old client's samples don't reach the new session.
+  send_state(mine, 2, 51s);
+  EXPECT_EQ(service_->session_of("drone")->step(clock_.now()).command, nullptr);
+  protocol::Telemetry telemetry;
+  service_->session_of("drone")->fill(clock_.now(), &telemetry);
+  EXPECT_EQ(telemetry.states_rejected, 1u);
+}
+
+TEST_F(ServiceTest, FullMeansBusyAndASilentSessionMakesRoom) {
+  const auto first = ask(join_request("a", 1));
+  ask(join_request("b", 1));
+  const auto refused = ask(join_request("c", 1));
+  EXPECT_FALSE(refused.accepted);
+  EXPECT_THAT(refused.reason, StartsWith("busy:"));
+  EXPECT_THAT(refused.reason, HasSubstr("2 vehicles"));
+
+  clock_.advance(2s);
+  send_state(first, 1);  // "a" is alive, "b" is not
+  service_->on_request(join_request("c", 2));
+  service_->housekeep();
+  EXPECT_TRUE(service_->session_of("a"));
+  EXPECT_FALSE(service_->session_of("b"));
+  EXPECT_TRUE(service_->session_of("c"));
+  EXPECT_THAT(transport_.forgotten(), ::testing::ElementsAre("b"));
+}
+
+TEST_F(ServiceTest, LeavingAndBeingGoneEndTheSession) {
+  auto request = join_request();
+  ask(request);
+  request.action = protocol::SessionRequest::Action::kLeave;
+  service_->on_request(request);
+  service_->housekeep();
+  EXPECT_EQ(service_->sessions(), 0u);
+  EXPECT_THAT(transport_.forgotten(), ::testing::ElementsAre("drone"));
+
+  ask(join_request("drone", 8));
+  service_->on_gone("drone", 7);  // old news
+  service_->housekeep();
+  EXPECT_EQ(service_->sessions(), 1u);
+  service_->on_gone("drone", 8);
+  service_->housekeep();
+  EXPECT_EQ(service_->sessions(), 0u);
+}
+
+TEST_F(ServiceTest, AStrangerCantEndASession) {
+  ask(join_request("drone", 7));
+  auto leave = join_request("drone", 9);
+  leave.action = protocol::SessionRequest::Action::kLeave;
+  service_->on_request(leave);
+  service_->housekeep();
+  EXPECT_EQ(service_->sessions(), 1u);
+}
+
+TEST_F(ServiceTest, AnAbandonedSessionEndsAndIsTold) {
+  ask(join_request());
+  clock_.advance(9s);
+  service_->housekeep();
+  EXPECT_EQ(service_->sessions(), 1u);
+  clock_.advance(2s);
+  service_->housekeep();
+  EXPECT_EQ(service_->sessions(), 0u);
+  const auto last = transport_.replies().back();
+  EXPECT_FALSE(last.accepted);
+  EXPECT_EQ(last.request, 7u);
+  EXPECT_THAT(last.reason, HasSubstr("no state came"));
+}
+
+TEST_F(ServiceTest, SamplesOfUnknownVehiclesAreCounted) {
+  service_->on_state(testing::hover_state("nobody", 1, 1, 50s));
+  auto frame = testing::depth_frame(join_request("nobody"), 1, 1, 50s);
+  service_->on_depth(frame);
+  service_->on_rejected(Service::Kind::kState, "nobody", "p_WB is (nan, 0, 0)");
+  EXPECT_EQ(service_->strays(), 3u);
+}
+
+TEST_F(ServiceTest, WhatTheWireRejectedIsCountedWithTheVehicle) {
+  const auto reply = ask(join_request());
+  service_->on_rejected(Service::Kind::kState, "drone", "p_WB is (nan, 0, 0), expected finite");
+  service_->on_rejected(Service::Kind::kDepth, "drone", "encoding is 9, expected 0 or 1");
+  clock_.advance(500ms);
+  service_->housekeep();
+  ASSERT_FALSE(transport_.telemetries().empty());
+  const auto telemetry = transport_.telemetries().back();
+  EXPECT_EQ(telemetry.session, reply.session);
+  EXPECT_EQ(telemetry.states_rejected, 1u);
+  EXPECT_EQ(telemetry.frames_rejected, 1u);
+  EXPECT_THAT(telemetry.last_reason, HasSubstr("encoding is 9"));
+}
+
+TEST_F(ServiceTest, TelemetryComesTwiceASecond) {
+  ask(join_request());
+  const std::size_t before = transport_.telemetries().size();
+  for (int i = 0; i < 40; ++i) {
+    clock_.advance(50ms);
+    service_->housekeep();
+  }
+  EXPECT_EQ(transport_.telemetries().size() - before, 4u);
+  EXPECT_TRUE(protocol::validate(transport_.telemetries().back()).ok());
+}
+
+TEST_F(ServiceTest, LeavingServersSaySo) {
+  ask(join_request("a", 1));
+  ask(join_request("b", 2));
+  service_->stop();
+  const auto replies = transport_.replies();
+  ASSERT_EQ(replies.size(), 4u);
+  for (std::size_t i = 2; i < 4; ++i) {
+    EXPECT_FALSE(replies[i].accepted);
+    EXPECT_THAT(replies[i].reason, HasSubstr("leaving"));
+  }
+  EXPECT_EQ(replies[2].request, 1u);
+  service_->on_request(join_request("c", 3));
+  service_->housekeep();
+  EXPECT_EQ(service_->sessions(), 0u);
+}
+
+TEST_F(ServiceTest, AFloodOfRequestsIsBounded) {
+  for (std::uint64_t i = 1; i <= 10000; ++i) {
+    auto request = join_request("v" + std::to_string(i), i);
+    request.profile = "drift";
+    service_->on_request(request);
+  }
+  service_->housekeep();
+  EXPECT_LE(transport_.replies().size(), 256u);
+}
+
+}  // namespace
+}  // namespace gatefield::service
