@@ -8,8 +8,9 @@
 
 namespace gatefield::kernels {
 
-/// Instruction sets that this build has and this machine can run, best first, by Highway's names in lower case
-/// (avx3_zen4, avx3, avx2, sse4, ..., emu128).
+/// Instruction sets that this build has and this machine can run, best first, by Highway's names in lower case: on
+/// x86-64 avx3 (AVX-512 with BW, DQ, VL), avx2 (with FMA), sse4 and the portable code, scalar or emu128 by the
+/// compiler's version.
 std::vector<std::string> available_isas();
 
 /// Name of the one in use.

@@ -1,3 +1,5 @@
+#include <cassert>
+
 #include "server/kernels/decoder/decoder.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -203,6 +205,7 @@ void decode(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<
   view.max_coordinate = static_cast<float>(kMaxCoordinate_m);
   view.octaves = static_cast<std::size_t>(decoder.encoding_octaves);
   view.layer_count = decoder.packed.size();
+  assert(view.layer_count >= 1 && view.layer_count <= kMaxLayers);
   for (std::size_t i = 0; i < decoder.packed.size(); ++i) {
     const PackedLayer& layer = decoder.packed[i];
     view.layers[i] = {layer.weight.data(), layer.bias.data(), static_cast<std::size_t>(layer.inputs),
