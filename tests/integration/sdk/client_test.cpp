@@ -1,0 +1,397 @@
+#include <gatefield/sdk/client.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <queue>
+#include <thread>
+#include <vector>
+
+#include "common/dds/server_endpoint.h"
+#include "tests/support/dds_domain.h"
+#include "tests/support/messages.h"
+
+namespace gatefield::sdk {
+namespace {
+
+using namespace std::chrono_literals;
+using test::own_domain;
+
+// A server that does what the test says, on a thread of its own, over real DDS.
+class ScriptedServer : private dds::ServerHandler {
+ public:
+  using OnRequest = std::function<std::optional<protocol::SessionReply>(const protocol::SessionRequest&)>;
+  using OnState = std::function<std::optional<protocol::ThrustRateCommand>(const protocol::VehicleState&)>;
+
+  ScriptedServer(const std::string& name, OnRequest on_request, OnState on_state)
+      : on_request_(std::move(on_request)), on_state_(std::move(on_state)) {
+    auto endpoint = dds::ServerEndpoint::create(own_domain(), name, this);
+    EXPECT_TRUE(endpoint.ok()) << (endpoint.ok() ? "" : endpoint.error());
+    endpoint_ = std::move(endpoint).value();
+    worker_ = std::thread([this] { work(); });
+  }
+
+  ~ScriptedServer() override {
+    put([this] { stop_ = true; });
+    worker_.join();
+    endpoint_.reset();
+  }
+
+  void send(const protocol::SessionReply& reply) {
+    put([this, reply] { EXPECT_TRUE(endpoint_->publish(reply).ok()); });
+  }
+  void send(const protocol::ThrustRateCommand& command) {
+    put([this, command] { endpoint_->publish(command); });
+  }
+  void send(const protocol::Telemetry& telemetry) {
+    put([this, telemetry] { endpoint_->publish(telemetry); });
+  }
+
+  template <typename Condition>
+  bool wait(Condition&& condition, std::chrono::milliseconds limit = 5000ms) {
+    std::unique_lock lock(seen_mutex_);
+    return seen_changed_.wait_for(lock, limit, condition);
+  }
+  // Under wait() only.
+  std::vector<protocol::SessionRequest> requests;
+  std::vector<protocol::VehicleState> states;
+  std::vector<protocol::DepthFrame> frames;
+  std::vector<std::string> gone;
+
+ private:
+  void put(std::function<void()> job) {
+    {
+      const std::lock_guard lock(jobs_mutex_);
+      jobs_.push(std::move(job));
+    }
+    jobs_changed_.notify_all();
+  }
+  template <typename Change>
+  void see(Change&& change) {
+    {
+      const std::lock_guard lock(seen_mutex_);
+      change();
+    }
+    seen_changed_.notify_all();
+  }
+  void work() {
+    while (!stop_) {
+      std::function<void()> job;
+      {
+        std::unique_lock lock(jobs_mutex_);
+        jobs_changed_.wait(lock, [&] { return !jobs_.empty(); });
+        job = std::move(jobs_.front());
+        jobs_.pop();
+      }
+      job();
+    }
+  }
+
+  void on_session_request(const protocol::SessionRequest& request, const Status& verdict) override {
+    EXPECT_TRUE(verdict.ok()) << verdict.error();
+    see([&] { requests.push_back(request); });
+    put([this, request] {
+      if (request.action == protocol::SessionRequest::Action::kLeave) return;
+      const auto reply = on_request_(request);
+      if (reply) {
+        EXPECT_TRUE(endpoint_->publish(*reply).ok());
+      }
+    });
+  }
+  void on_state(const protocol::VehicleState& state) override {
+    see([&] { states.push_back(state); });
+    put([this, state] {
+      if (const auto command = on_state_(state)) endpoint_->publish(*command);
+    });
+  }
+  void on_depth(protocol::DepthFrame& frame) override {
+    see([&] { frames.push_back(frame); });
+  }
+  void on_vehicle_gone(const std::string& vehicle, std::uint64_t) override {
+    see([&] { gone.push_back(vehicle); });
+  }
+  void on_rejected(dds::Topic topic, const std::string& vehicle, const std::string& reason) override {
+    ADD_FAILURE() << dds::topic_name(topic) << " " << vehicle << ": " << reason;
+  }
+
+  OnRequest on_request_;
+  OnState on_state_;
+  std::unique_ptr<dds::ServerEndpoint> endpoint_;
+  bool stop_ = false;
+  std::mutex jobs_mutex_;
+  std::condition_variable jobs_changed_;
+  std::queue<std::function<void()>> jobs_;
+  std::mutex seen_mutex_;
+  std::condition_variable seen_changed_;
+  std::thread worker_;
+};
+
+ScriptedServer::OnRequest accept_as(std::uint64_t session, const std::string& server = "planner-1") {
+  return [=](const protocol::SessionRequest& request) {
+    auto reply = test::good_reply(request.vehicle, request.request);
+    reply.session = session;
+    reply.server = server;
+    return std::optional(reply);
+  };
+}
+
+protocol::ThrustRateCommand answer_to(const protocol::VehicleState& state) {
+  auto command = test::good_command(state.vehicle, state.sequence);
+  command.session = state.session;
+  command.answers_sequence = state.sequence;
+  command.answers_stamp = command.plan_start = state.stamp;
+  return command;
+}
+
+std::optional<protocol::ThrustRateCommand> answer(const protocol::VehicleState& state) { return answer_to(state); }
+
+Options options(std::chrono::milliseconds timeout = 5000ms) {
+  Options options;
+  options.domain = own_domain();
+  options.course = test::good_request().course;
+  options.timing = protocol::Timing::kLockstep;
+  options.connect_timeout = timeout;
+  return options;
+}
+
+std::unique_ptr<Client> must_connect(const Options& how = options()) {
+  auto client = Client::connect(how);
+  EXPECT_TRUE(client.ok()) << (client.ok() ? "" : client.error());
+  if (!client.ok()) std::abort();
+  return std::move(client).value();
+}
+
+TEST(Connect, SaysWhenNobodyAnswers) {
+  const auto client = Client::connect(options(300ms));
+  ASSERT_FALSE(client.ok());
+  EXPECT_NE(client.error().find("no planning server answered"), std::string::npos) << client.error();
+}
+
+TEST(Connect, ABadVehicleNeverLeavesTheHouse) {
+  Options bad = options();
+  bad.quadrotor.mass_kg = 0;
+  const auto client = Client::connect(bad);
+  ASSERT_FALSE(client.ok());
+  EXPECT_NE(client.error().find("mass_kg"), std::string::npos) << client.error();
+}
+
+TEST(Connect, ARefusalIsTheError) {
+  ScriptedServer server(
+      "planner-1",
+      [](const protocol::SessionRequest& request) {
+        auto reply = test::good_reply(request.vehicle, request.request);
+        reply.accepted = false;
+        reply.session = 0;
+        reply.reason = "profile is \"race\", expected paper";
+        return std::optional(reply);
+      },
+      answer);
+  const auto client = Client::connect(options());
+  ASSERT_FALSE(client.ok());
+  EXPECT_EQ(client.error(), "profile is \"race\", expected paper");
+}
+
+TEST(Connect, BusyIsTriedAgainUntilItPasses) {
+  std::atomic<int> attempts{0};
+  ScriptedServer server(
+      "planner-1",
+      [&](const protocol::SessionRequest& request) {
+        auto reply = test::good_reply(request.vehicle, request.request);
+        if (++attempts < 3) {
+          reply.accepted = false;
+          reply.session = 0;
+          reply.reason = "busy: drone is flown by another client";
+        }
+        return std::optional(reply);
+      },
+      answer);
+  EXPECT_TRUE(Client::connect(options()).ok());
+  EXPECT_EQ(attempts, 3);
+}
+
+TEST(Connect, BusyForTooLongIsTheError) {
+  ScriptedServer server(
+      "planner-1",
+      [](const protocol::SessionRequest& request) {
+        auto reply = test::good_reply(request.vehicle, request.request);
+        reply.accepted = false;
+        reply.session = 0;
+        reply.reason = "busy: drone is flown by another client";
+        return std::optional(reply);
+      },
+      answer);
+  const auto client = Client::connect(options(1500ms));
+  ASSERT_FALSE(client.ok());
+  EXPECT_EQ(client.error(), "busy: drone is flown by another client");
+}
+
+TEST(Connect, AsksAgainWhenTheServerMissedIt) {
+  std::atomic<int> heard{0};
+  ScriptedServer server(
+      "planner-1",
+      [&](const protocol::SessionRequest& request) -> std::optional<protocol::SessionReply> {
+        if (++heard == 1) return std::nullopt;
+        return accept_as(50)(request);
+      },
+      answer);
+  EXPECT_TRUE(Client::connect(options()).ok());
+}
+
+TEST(Fly, StateDepthCommandTelemetryAndStatistics) {
+  ScriptedServer server("planner-1", accept_as(50), answer);
+  auto client = must_connect();
+  EXPECT_EQ(client->session().session, 50u);
+  EXPECT_EQ(client->session().server, "planner-1");
+  EXPECT_FALSE(client->newest().has_value());
+
+  const std::vector<std::uint16_t> depth_mm(160 * 90, 2500);
+  EXPECT_EQ(client->send_depth_mm(1s, depth_mm), 1u);
+  EXPECT_EQ(client->send_depth(1s, std::vector<float>(10)), 0u) << "a size that is not the camera's";
+  const std::uint64_t sequence = client->send_state(1s, test::good_state().state);
+  EXPECT_EQ(sequence, 1u);
+  const auto command = client->wait_for_answer(sequence, 2s);
+  ASSERT_TRUE(command.has_value());
+  EXPECT_EQ(command->answers_sequence, 1u);
+  EXPECT_TRUE(client->newest().has_value());
+  EXPECT_FALSE(client->newest().has_value()) << "the same command twice";
+
+  ASSERT_TRUE(server.wait([&] { return !server.frames.empty(); }));
+  EXPECT_EQ(server.frames[0].pixels.size(), 2u * 160 * 90);
+  EXPECT_EQ(server.frames[0].pixels[0] + 256 * server.frames[0].pixels[1], 2500);
+  EXPECT_EQ(server.states[0].depth_sequence, 1u);
+  EXPECT_EQ(server.states[0].session, 50u);
+
+  // What it heard and measured goes into the next state.
+  const std::size_t before = server.states.size();
+  client->send_state(2s, test::good_state().state);
+  ASSERT_TRUE(server.wait([&] { return server.states.size() > before && server.states.back().sequence == 2; }));
+  EXPECT_EQ(server.states.back().heard_waypoint, test::good_health().target_waypoint);
+  EXPECT_EQ(server.states.back().heard_lap, test::good_health().lap);
+  EXPECT_GT(server.states.back().round_trip.count(), 0);
+
+  const LinkStatistics statistics = client->statistics();
+  EXPECT_GE(statistics.commands, 1u);
+  EXPECT_EQ(statistics.rejected, 0u);
+  EXPECT_GT(statistics.round_trip_p50_s, 0.0);
+  EXPECT_GE(statistics.round_trip_p99_s, statistics.round_trip_p50_s);
+  EXPECT_EQ(statistics.solve_p50_s, test::good_health().solve_time_s);
+
+  EXPECT_FALSE(client->telemetry().has_value());
+  auto telemetry = test::good_telemetry();
+  telemetry.session = 50;
+  std::optional<protocol::Telemetry> heard;
+  for (int i = 0; i < 50 && !heard; ++i) {
+    server.send(telemetry);
+    std::this_thread::sleep_for(20ms);
+    heard = client->telemetry();
+  }
+  EXPECT_TRUE(heard.has_value());
+}
+
+TEST(Fly, AnAnswerComesAlthoughStatesAreLost) {
+  std::atomic<int> seen{0};
+  ScriptedServer server("planner-1", accept_as(50),
+                        [&](const protocol::VehicleState& state) -> std::optional<protocol::ThrustRateCommand> {
+                          if (++seen < 5) return std::nullopt;
+                          return answer_to(state);
+                        });
+  auto client = must_connect();
+  EXPECT_TRUE(client->wait_for_answer(client->send_state(1s, test::good_state().state), 2s).has_value());
+  EXPECT_GE(seen, 5);
+}
+
+TEST(Fly, NoAnswerEndsTheWait) {
+  ScriptedServer server("planner-1", accept_as(50),
+                        [](const protocol::VehicleState&) { return std::optional<protocol::ThrustRateCommand>(); });
+  auto client = must_connect();
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_FALSE(client->wait_for_answer(client->send_state(1s, test::good_state().state), 200ms).has_value());
+  const auto took = std::chrono::steady_clock::now() - start;
+  EXPECT_GE(took, 200ms);
+  EXPECT_LT(took, 1000ms);
+}
+
+TEST(Fly, PlaysThePlanThenFallsBack) {
+  ScriptedServer server("planner-1", accept_as(50), answer);
+  auto client = must_connect();
+  const QuadrotorState state = test::good_state().state;
+  EXPECT_EQ(client->play(1s, state).source, Setpoint::Source::kFallback) << "no plan yet";
+  const auto command = client->wait_for_answer(client->send_state(1s, state), 2s);
+  ASSERT_TRUE(command.has_value());
+  const Setpoint now = client->play(1s + 31ms, state);
+  EXPECT_EQ(now.source, Setpoint::Source::kPlan);
+  EXPECT_EQ(now.thrust_rate_n_s, command->thrust_rate_n_s[1]);
+  EXPECT_EQ(client->play(1s + 599ms, state).source, Setpoint::Source::kPlan);
+  EXPECT_EQ(client->play(1s + 600ms, state).source, Setpoint::Source::kFallback);
+}
+
+TEST(Fly, CommandsOfAnotherSessionAreDropped) {
+  ScriptedServer server("planner-1", accept_as(50), [](const protocol::VehicleState& state) {
+    auto command = answer_to(state);
+    command.session = 51;
+    return std::optional(command);
+  });
+  auto client = must_connect();
+  EXPECT_FALSE(client->wait_for_answer(client->send_state(1s, test::good_state().state), 300ms).has_value());
+  EXPECT_GT(client->statistics().rejected, 0u);
+  EXPECT_EQ(client->statistics().commands, 0u);
+  EXPECT_EQ(client->play(1s, test::good_state().state).source, Setpoint::Source::kFallback);
+}
+
+TEST(Restart, AServerThatComesBackIsJoinedWithoutACall) {
+  auto server = std::make_unique<ScriptedServer>("planner-1", accept_as(50), answer);
+  auto client = must_connect();
+  client->send_depth_mm(1s, std::vector<std::uint16_t>(160 * 90, 3000));
+  ASSERT_TRUE(client->wait_for_answer(client->send_state(1s, test::good_state().state), 2s).has_value());
+  server.reset();
+  server = std::make_unique<ScriptedServer>("planner-1", accept_as(60), answer);
+
+  // In lockstep the client just waits: the new session, the depth frame and the state find their way.
+  const auto command = client->wait_for_answer(client->send_state(2s, test::good_state().state), 5s);
+  ASSERT_TRUE(command.has_value());
+  EXPECT_EQ(command->session, 60u);
+  EXPECT_EQ(client->session().session, 60u);
+  EXPECT_EQ(client->statistics().reconnects, 1u);
+  ASSERT_TRUE(server->wait([&] { return !server->frames.empty(); }));
+  EXPECT_EQ(server->frames.back().session, 60u);
+  EXPECT_EQ(server->frames.back().sequence, 1u);
+}
+
+TEST(TwoServers, TheFirstWinsAndTheOtherTakesOverWhenItIsGone) {
+  auto first = std::make_unique<ScriptedServer>("planner-1", accept_as(50, "planner-1"), answer);
+  auto client = must_connect();
+  ScriptedServer second("planner-2", accept_as(70, "planner-2"), [](const protocol::VehicleState& state) {
+    return state.session == 70 ? answer(state) : std::nullopt;  // as servers do
+  });
+  ASSERT_TRUE(second.wait([&] { return !second.requests.empty(); }));
+  std::this_thread::sleep_for(100ms);
+  ASSERT_TRUE(client->wait_for_answer(client->send_state(1s, test::good_state().state), 2s).has_value());
+  EXPECT_EQ(client->session().server, "planner-1");
+  second.wait([&] {
+    for (const auto& state : second.states) EXPECT_EQ(state.session, 50u) << "a state for the second server";
+    return true;
+  });
+
+  first.reset();
+  const auto command = client->wait_for_answer(client->send_state(2s, test::good_state().state), 5s);
+  ASSERT_TRUE(command.has_value());
+  EXPECT_EQ(command->session, 70u);
+}
+
+TEST(Leave, TheServerIsToldOnce) {
+  ScriptedServer server("planner-1", accept_as(50), answer);
+  {
+    auto client = must_connect();
+    client->send_state(1s, test::good_state().state);
+  }
+  ASSERT_TRUE(server.wait([&] {
+    return !server.requests.empty() && server.requests.back().action == protocol::SessionRequest::Action::kLeave;
+  }));
+  EXPECT_EQ(server.requests.back().request, server.requests.front().request);
+  EXPECT_FALSE(server.wait([&] { return !server.gone.empty(); }, 300ms)) << "a goodbye and a disappearance";
+}
+
+}  // namespace
+}  // namespace gatefield::sdk
