@@ -57,7 +57,7 @@ struct Arguments {
   std::string isa = "auto";
   std::string log_level = "info";
   bool realtime = false;
-  bool shared_memory = true;
+  bool no_shared_memory = false;
 };
 
 int fail(int code, const std::string& sentence) {
@@ -156,7 +156,7 @@ int run(const Arguments& arguments) {
   service::Service service(options, factories, &clock, &transport);
   transport.attach(&service);
   dds::TransportOptions wire;
-  wire.shared_memory = arguments.shared_memory;
+  wire.shared_memory = !arguments.no_shared_memory;
   auto endpoint = dds::ServerEndpoint::create(arguments.domain, arguments.name, &transport, wire);
   if (!endpoint) return fail(kNotJoined, endpoint.error());
   transport.attach(endpoint.value().get());
@@ -214,7 +214,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--realtime", arguments.realtime,
                "Real-time priority for the control threads, and all memory locked; says so when it is not permitted");
-  app.add_flag("!--no-shared-memory", arguments.shared_memory,
+  app.add_flag("--no-shared-memory", arguments.no_shared_memory,
                "Talk over UDP with clients on the same host too (containers that don't share /dev/shm)");
   try {
     app.parse(argc, argv);
