@@ -190,7 +190,7 @@ int run(const std::filesystem::path& frame_file, const std::filesystem::path& mo
   int left = kBorder_px;
   const int top = depth.rows + 2 * kCaption_px + kBorder_px;
   for (const double height_m : kHeights_m) {
-    write(&picture, cv::format("from above, %+.1f m from the centre, 5 x 5 m", height_m), {left, top - 8}, 0.42);
+    write(&picture, cv::format("from above, %+.1f m, 5 x 5 m", height_m), {left, top - 8}, 0.42);
     draw_map(field, *frame, fit.X_WG, height_m).copyTo(picture(cv::Rect(left, top, kMapSize_px, kMapSize_px)));
     left += kMapSize_px + kBorder_px;
   }

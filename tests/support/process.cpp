@@ -13,7 +13,8 @@
 
 namespace gatefield::test {
 
-Process::Process(const std::string& program, const std::vector<std::string>& arguments, const std::filesystem::path& output)
+Process::Process(const std::string& program, const std::vector<std::string>& arguments,
+                 const std::filesystem::path& output)
     : output_(output) {
   std::vector<char*> argv;
   argv.push_back(const_cast<char*>(program.c_str()));

@@ -10,7 +10,8 @@
 
 namespace gatefield::test {
 
-/// A program of ours as a child process, its output in a file. Killed when it goes out of scope, so that no test leaves one behind.
+/// A program of ours as a child process, its output in a file. Killed when it goes out of scope, so that no test leaves
+/// one behind.
 class Process {
  public:
   /// @param program  path of the executable
