@@ -67,8 +67,9 @@ void to_wire(const CameraModel& in, wire::Camera* out) {
   out->rate_hz(in.rate_hz);
   const Eigen::Vector3d p_BC = in.X_BC.translation();
   put(p_BC, &out->p_BC());
-  const Eigen::Quaterniond q_BC(in.X_BC.linear());
-  put(Eigen::Vector4d(q_BC.coeffs()), &out->q_BC());
+  Eigen::Vector4d q_BC = Eigen::Quaterniond(in.X_BC.linear()).coeffs();
+  if (q_BC.w() < 0) q_BC = -q_BC;  // one of the two that mean the same, so that equal cameras are equal bytes
+  put(q_BC, &out->q_BC());
 }
 
 void from_wire(const wire::Camera& in, CameraModel* out) {

@@ -15,10 +15,20 @@ using eprosima::fastrtps::Duration_t;
 
 namespace {
 
-constexpr std::uint32_t kDatagram_bytes = 1400;  // header and payload of one packet stay below an Ethernet frame
+// What we send at most in a packet: with its headers it stays below an Ethernet frame.
+constexpr std::uint32_t kDatagram_bytes = 1400;
+// What we take: other vendors' DDS send larger ones (Cyclone DDS up to 14720 bytes).
+constexpr std::uint32_t kLongestDatagram_bytes = 65500;
 constexpr std::uint32_t kSocketBuffer_bytes = 4 << 20;
 constexpr std::uint32_t kSharedSegment_bytes = 8 << 20;  // a few of the largest depth images
 constexpr int kMaxVehicles = 256;                        // instances that a reader or writer keeps apart
+
+// Fast DDS has one setting for both: `maxMessageSize` sizes the receive buffers (longer packets are cut off and lost),
+// while the size of what is sent is asked from this function.
+class UdpInSmallPackets final : public eprosima::fastdds::rtps::UDPv4TransportDescriptor {
+ public:
+  std::uint32_t max_message_size() const override { return kDatagram_bytes; }
+};
 
 Duration_t milliseconds(int ms) { return {ms / 1000, static_cast<std::uint32_t>(ms % 1000) * 1'000'000u}; }
 
@@ -83,8 +93,8 @@ DomainParticipantQos participant_qos(const std::string& name, const std::string&
     shared->segment_size(kSharedSegment_bytes);
     qos.transport().user_transports.push_back(shared);
   }
-  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-  udp->maxMessageSize = kDatagram_bytes;
+  auto udp = std::make_shared<UdpInSmallPackets>();
+  udp->maxMessageSize = kLongestDatagram_bytes;
   udp->sendBufferSize = kSocketBuffer_bytes;
   udp->receiveBufferSize = kSocketBuffer_bytes;
   qos.transport().user_transports.push_back(udp);
