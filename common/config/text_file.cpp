@@ -7,7 +7,7 @@
 
 #include <fstream>
 #include <optional>
-#include <regex>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -22,28 +22,45 @@ std::string field_names(const google::protobuf::Descriptor& type) {
   return names;
 }
 
+/// What stands between quotation marks, in order.
+std::vector<std::string> quoted(const std::string& message) {
+  std::vector<std::string> parts;
+  for (std::size_t open = message.find('"'); open != std::string::npos;) {
+    const std::size_t close = message.find('"', open + 1);
+    if (close == std::string::npos) break;
+    parts.push_back(message.substr(open + 1, close - open - 1));
+    open = message.find('"', close + 1);
+  }
+  return parts;
+}
+
 /// Protobuf says what it stumbled over; people also want to hear what would have been right.
 std::string explain(const std::string& message, const google::protobuf::DescriptorPool& pool) {
-  static const std::regex unknown_field("Message type \"([^\"]+)\" has no field named \"([^\"]+)\".*");
-  static const std::regex unknown_value("Unknown enumeration value of \"([^\"]+)\" for field \"([^\"]+)\".*");
-  static const std::regex expected("Expected (.+), got: (.*)");
-  std::smatch match;
-  if (std::regex_match(message, match, unknown_field)) {
-    const auto* type = pool.FindMessageTypeByName(match[1]);
-    if (type != nullptr) return "unknown field '" + match[2].str() + "', expected one of: " + field_names(*type);
-  }
+  const auto names = quoted(message);
   // built with +=, since g++ 12 warns wrongly of overlap (-Wrestrict) at "literal" + temporary
-  std::string sentence = "'";
-  if (std::regex_match(message, match, unknown_value)) {
-    sentence +=
-        match[1].str() + "' is no value of field '" + match[2].str() + "', expected one of the names in its schema";
+  std::string sentence;
+  if (names.size() >= 2 && message.find("has no field named") != std::string::npos) {
+    const auto* type = pool.FindMessageTypeByName(names[0]);
+    if (type != nullptr) {
+      sentence += "unknown field '" + names[1] + "', expected one of: " + field_names(*type);
+      return sentence;
+    }
+  }
+  if (names.size() >= 2 && message.starts_with("Unknown enumeration value")) {
+    sentence += "'" + names[0] + "' is no value of field '" + names[1] + "', expected one of the names in its schema";
     return sentence;
   }
-  if (std::regex_match(message, match, expected)) {
-    sentence = "found " + match[2].str() + ", expected " + match[1].str();
+  constexpr std::string_view kExpected = "Expected ", kGot = ", got: ";
+  const std::size_t got = message.find(kGot);
+  if (message.starts_with(kExpected) && got != std::string::npos) {
+    sentence += "found " + message.substr(got + kGot.size()) + ", expected ";
+    sentence += message.substr(kExpected.size(), got - kExpected.size());
     return sentence;
   }
-  return message + (message.ends_with('.') ? "" : ".") + " Expected protobuf text format: name: value or name { ... }";
+  sentence += message;
+  sentence += message.ends_with('.') ? "" : ".";
+  sentence += " Expected protobuf text format: name: value or name { ... }";
+  return sentence;
 }
 
 class Collector final : public google::protobuf::io::ErrorCollector {
