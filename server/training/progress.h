@@ -1,0 +1,28 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace gatefield::training {
+
+/// One line that is rewritten in place on a terminal, and printed every half minute elsewhere. Thread-safe: no.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::string title);
+  ~ProgressLine();
+  /// @param part 0 to 1, @param rest what else to say
+  void show(double part, double time_left_s, const std::string& rest);
+  /// A full line of its own between the progress.
+  void say(const std::string& text);
+
+ private:
+  std::string title_;
+  bool terminal_;
+  bool open_ = false;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+/// 75 -> "1:15", 3700 -> "1:01:40"
+std::string clock_text(double seconds);
+
+}  // namespace gatefield::training
