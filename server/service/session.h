@@ -31,24 +31,28 @@ struct SessionParts {
   const Clock* clock;  ///< the server's clock
 };
 
-/// One vehicle: what came from it, what is known, and the next plan. Data goes one way:
+/// One vehicle: what came from it, what is known, and the next plan. Data goes one way, from mailbox to mailbox:
 ///
-///   receiving thread: take_state(), take_depth()  --mailbox-->  perception thread: perceive()  --mailbox-->
-///   control thread: step()  -->  the command to send
+/// - receiving threads: take_state(), take_depth()
+/// - a perception thread: perceive()
+/// - a control thread: step() gives the command to send
 ///
-/// Each of the three sides may be called from any thread, but never from two at once on the same side (the receiving
-/// side is guarded by short mutexes of its own); none of them waits for another.
+/// Each of these sides may be called from any thread, but never from two at once on the same side (the receiving side
+/// is guarded by short mutexes of its own); none of them waits for another.
 ///
 /// Real time: step() is called at every control tick. It predicts the newest state forward to the moment when the plan
 /// can begin to hold at the vehicle, and goes on from its own prediction when no state comes; after kSilence without
-/// one it sends nothing more, and the client falls back. Lockstep: step() is called when something came. It answers
-/// each new state once, without prediction, after the depth frame which that state names was processed (or kDepthWait
-/// passed); a state that comes again is answered with the same command again. The same states and frames give the same
-/// commands (but for the measured times in `health`).
+/// one it sends nothing more, and the client falls back.
+///
+/// Lockstep: step() is called when something came. It answers each new state once, without prediction, after the depth
+/// frame which that state names was processed (or kDepthWait passed); a state that comes again is answered with the
+/// same command again. The same states and frames give the same commands (but for the measured times in `health`).
 class Session {
  public:
   static constexpr std::chrono::nanoseconds kSilence = std::chrono::milliseconds(500);
-  static constexpr std::chrono::nanoseconds kDepthWait = std::chrono::milliseconds(200);
+  /// Long enough for a client that repeats a lost frame; a race on a busy machine stays the same as long as it is not
+  /// used up.
+  static constexpr std::chrono::nanoseconds kDepthWait = std::chrono::seconds(1);
   static constexpr std::chrono::nanoseconds kLongestValidity = std::chrono::milliseconds(400);
   /// Without a usable depth frame for this long a plan is called degraded.
   static constexpr std::chrono::nanoseconds kDepthMissing = std::chrono::milliseconds(500);

@@ -1,48 +1,13 @@
-// The control step allocates nothing: every way to ask for memory is counted while a session with the real planner and
+// The control step allocates nothing: what asks for memory is counted while a session with the real planner and
 // a decoded field flies.
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "common/base/random.h"
 #include "server/kernels/decoder/decoder.h"
 #include "server/planner/planner.h"
+#include "tests/support/allocation_trap.h"
 #include "tests/unit/server/service/fakes.h"
-
-namespace {
-
-thread_local bool trapping = false;
-thread_local std::uint64_t trapped = 0;
-
-void* counted(std::size_t size, std::size_t alignment) {
-  if (trapping) ++trapped;
-  void* const memory = alignment <= alignof(std::max_align_t)
-                           ? std::malloc(size ? size : 1)
-                           : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-  if (!memory) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size, 1); }
-void* operator new[](std::size_t size) { return counted(size, 1); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-void* operator new[](std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace gatefield::service {
 namespace {
@@ -95,12 +60,10 @@ class DecodedMemory final : public Memory {
 };
 
 TEST(ControlStep, TheTrapWorks) {
-  trapped = 0;
-  trapping = true;
+  const test::AllocationTrap trap;
   const auto memory = std::make_unique<int>(3);
-  trapping = false;
   EXPECT_EQ(*memory, 3);
-  EXPECT_EQ(trapped, 1u);
+  EXPECT_EQ(trap.count(), 1u);
 }
 
 void fly(protocol::Timing timing) {
@@ -123,7 +86,7 @@ void fly(protocol::Timing timing) {
   testing::FakeEncoder encoder;
 
   std::uint64_t commands = 0;
-  trapped = 0;
+  std::size_t trapped = 0;
   for (std::uint64_t i = 1; i <= 60; ++i) {
     const Stamp stamp = 50s + static_cast<std::int64_t>(i) * 20ms;
     auto frame = testing::depth_frame(request, 1, i, stamp);
@@ -135,10 +98,10 @@ void fly(protocol::Timing timing) {
     state.round_trip = 20ms;
     if (i % 10 != 5) session.take_state(state);  // some are lost
     if (session.frame_due()) session.perceive(encoder);
-    trapping = i > 5;  // warm by then
+    const test::AllocationTrap trap;
     const Session::Answer answer = session.step(clock.now());
     if (answer.command) session.sent(clock.now(), true);
-    trapping = false;
+    if (i > 5) trapped += trap.count();  // warm by then
     commands += answer.command ? 1 : 0;
     clock.advance(20ms);
   }

@@ -272,7 +272,7 @@ TEST_F(ServiceTest, LeavingServersSaySo) {
 
 TEST_F(ServiceTest, AFloodOfRequestsIsBounded) {
   for (std::uint64_t i = 1; i <= 10000; ++i) {
-    auto request = join_request("v" + std::to_string(i), i);
+    auto request = join_request(std::string("v").append(std::to_string(i)), i);
     request.profile = "drift";
     service_->on_request(request);
   }

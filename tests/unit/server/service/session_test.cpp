@@ -304,7 +304,7 @@ TEST(SessionLockstep, WaitsForTheFrameThatTheStateNames) {
   state.depth_sequence = 1;
   bench.session->take_state(state);
   EXPECT_EQ(bench.step(), nullptr);
-  EXPECT_EQ(bench.wake_at, bench.clock.now() + 200ms);
+  EXPECT_EQ(bench.wake_at, bench.clock.now() + Session::kDepthWait);
   EXPECT_FALSE(bench.session->frame_due());
   bench.session->take_depth(frame);
   ASSERT_TRUE(bench.session->frame_due());
@@ -339,7 +339,7 @@ TEST(SessionLockstep, DoesNotWaitForeverForAFrame) {
   state.depth_sequence = 1;
   bench.session->take_state(state);
   EXPECT_EQ(bench.step(), nullptr);
-  bench.clock.advance(199ms);
+  bench.clock.advance(Session::kDepthWait - 1ms);
   EXPECT_EQ(bench.step(), nullptr);
   bench.clock.advance(1ms);
   const auto* const command = bench.step();
