@@ -360,6 +360,39 @@ TEST(Many, VehiclesMayComeAndGoWithoutEnd) {
   }
 }
 
+TEST(Many, VehiclesAreCommandedFromThreadsOfTheirOwn) {
+  RecordingServer log;
+  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &log));
+  constexpr int kVehicles = 3;
+  constexpr std::uint64_t kCommands = 200;
+  std::vector<RecordingClient> logs(kVehicles);
+  std::vector<std::unique_ptr<ClientEndpoint>> clients;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < kVehicles; ++i) {
+    const std::string name = std::string("vehicle-of-thread-") + static_cast<char>('a' + i);
+    auto& client_log = logs[static_cast<std::size_t>(i)];
+    clients.push_back(must(ClientEndpoint::create(own_domain(), name, &client_log)));
+    ASSERT_TRUE(server->publish(test::good_reply(name)).ok());
+    ASSERT_TRUE(client_log.wait([&] { return !client_log.replies.empty(); }));
+    threads.emplace_back([&server, name] {
+      for (std::uint64_t k = 1; k <= kCommands; ++k) {
+        EXPECT_TRUE(server->publish(test::good_command(name, k)));
+        std::this_thread::sleep_for(1ms);
+      }
+    });
+  }
+  for (auto& thread : threads) thread.join();
+  for (int i = 0; i < kVehicles; ++i) {
+    auto& client_log = logs[static_cast<std::size_t>(i)];
+    const char last = static_cast<char>('a' + i);
+    // Reliable, depth 1: one may be replaced by its successor, but the last one comes.
+    EXPECT_TRUE(client_log.wait(
+        [&] { return !client_log.commands.empty() && client_log.commands.back().sequence == kCommands; }));
+    for (const auto& command : client_log.commands) EXPECT_EQ(command.vehicle.back(), last);
+    EXPECT_TRUE(client_log.rejected.empty());
+  }
+}
+
 TEST(BadInput, RequestsComeWithTheSentenceToRefuseThem) {
   RecordingServer log;
   auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &log));

@@ -4,6 +4,8 @@
 
 #include <numeric>
 
+#include "client/sdk/fallback.h"
+#include "tests/support/allocation_trap.h"
 #include "tests/support/messages.h"
 
 namespace gatefield::sdk {
@@ -123,6 +125,23 @@ TEST(PlanPlayer, AnIntegratedPlanReachesItsThrusts) {
   double thrust_n = 2.0;
   for (Stamp now{0}; now < 600ms; now += 1ms) thrust_n += rate_at(player, now) * 1e-3;
   EXPECT_NEAR(thrust_n, plan(0ms, 20, 30ms).rotor_thrust_n[19][0], 1e-9);
+}
+
+TEST(RealTime, PlayingAndFallingBackDoNotAllocate) {
+  const protocol::ThrustRateCommand command = plan(0ms, 20, 30ms);
+  const QuadrotorModel model;
+  PlanPlayer player;
+  Fallback fallback(model);
+  QuadrotorState state = test::good_state().state;
+  double sum = 0;
+  const test::AllocationTrap trap;
+  player.take(command);
+  for (Stamp now{0}; now < 1s; now += 10ms) {
+    const auto setpoint = player.at(now);
+    sum += (setpoint ? *setpoint : fallback.update(now, state)).collective_thrust_n;
+  }
+  EXPECT_EQ(trap.count(), 0u);
+  EXPECT_GT(sum, 0);
 }
 
 }  // namespace

@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
+#include <thread>
 
 #include "common/base/random.h"
 #include "common/dds/wire_type.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
+#include "tests/support/allocation_trap.h"
 #include "tests/support/messages.h"
 
 namespace gatefield::dds {
@@ -346,6 +349,56 @@ TEST(Hostile, AnyBytesAreReadOrRefusedWithoutAnException) {
   fuzz<wire::ThrustRateCommandPubSubType>(test::good_command(), 4);
   fuzz<wire::TelemetryPubSubType>(test::good_telemetry(), 5);
   fuzz<wire::DepthFramePubSubType>(test::good_frame(), 6);
+}
+
+TEST(WireType, KeysMayBeComputedByManyThreads) {
+  // One type object serves all command writers of a server, and each vehicle's control thread publishes when it likes.
+  WireType<wire::ThrustRateCommandPubSubType> type;
+  const auto key_of = [&](const std::string& vehicle) {
+    wire::ThrustRateCommand sample;
+    sample.vehicle() = vehicle;
+    InstanceHandle_t handle;
+    EXPECT_TRUE(type.getKey(&sample, &handle, false));
+    return handle;
+  };
+  std::atomic<int> wrong{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&, i] {
+      const std::string vehicle = std::string("drone-number-") + static_cast<char>('a' + i);
+      const InstanceHandle_t expected = key_of(vehicle);
+      for (int round = 0; round < 100000; ++round)
+        if (!(key_of(vehicle) == expected)) ++wrong;
+    });
+  }
+  for (auto& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(RealTime, ACommandIsCheckedAndConvertedWithoutAllocating) {
+  const protocol::ThrustRateCommand command = test::good_command("a-vehicle-with-a-rather-long-name");
+  wire::ThrustRateCommand sample;
+  to_wire(command, &sample);  // the first one makes room for the plan
+  protocol::ThrustRateCommand back;
+  ASSERT_TRUE(from_wire(sample, &back).ok());
+
+  const test::AllocationTrap trap;
+  const bool good = protocol::validate(command).ok();
+  to_wire(command, &sample);
+  const bool read = from_wire(sample, &back).ok();
+  EXPECT_EQ(trap.count(), 0u);
+  EXPECT_TRUE(good && read);
+}
+
+TEST(RealTime, AStateIsConvertedAndCheckedWithoutAllocating) {
+  wire::VehicleState sample;
+  to_wire(test::good_state("a-vehicle-with-a-rather-long-name"), &sample);
+  protocol::VehicleState state;
+  ASSERT_TRUE(from_wire(sample, &state).ok());
+  const test::AllocationTrap trap;
+  const bool good = from_wire(sample, &state).ok();
+  EXPECT_EQ(trap.count(), 0u);
+  EXPECT_TRUE(good);
 }
 
 }  // namespace
