@@ -22,10 +22,10 @@ Status write_depth_picture(const std::filesystem::path& file, const Snapshot& sn
     }
   constexpr double kWidth_px = 960;
   const double height_px = kWidth_px * depth.height_px / depth.width_px;
-  Canvas canvas(1120, static_cast<int>(height_px) + 110);
+  Canvas canvas(1150, static_cast<int>(height_px) + 110);
   canvas.text(title, {40, 44}, 14, {70, 60, 50}, Align::kLeft, true);
   canvas.image(colors, {40, 70}, kWidth_px, height_px);
-  draw_color_bar(&canvas, {1025, 100}, 20, height_px - 30, 0.0, snapshot.camera.max_depth_m, "depth [m]");
+  draw_color_bar(&canvas, {1045, 100}, 20, height_px - 30, 0.0, snapshot.camera.max_depth_m, "depth [m]");
 
   std::vector<std::uint8_t> bytes;
   cv::imencode(".png", canvas.finish(), bytes);

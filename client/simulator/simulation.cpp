@@ -302,19 +302,23 @@ class Race {
     return MonotonicClock().now();
   }
 
-  /// Counts control periods without a new plan: a gap between plans of more than 1.5 periods has round(gap / period) -
-  /// 1 of them.
+  /// Counts control periods without a new plan: between two plans that came `gap` apart lie round(gap / period)
+  /// periods, each of which should have brought one. Plans that came and went unseen while this loop itself was late
+  /// did come: their numbers tell.
   void take_commands(Stamp arrival) {
     while (const auto command = client_.newest()) {
       health_ = command->health;
-      if (last_command_ > Stamp{0}) count_gap(arrival - last_command_);
+      // A server that restarts counts from 1 again; then nothing is known but that one plan came.
+      const std::uint64_t plans = command->sequence > last_sequence_ ? command->sequence - last_sequence_ : 1;
+      if (last_command_ > Stamp{0}) count_gap(arrival - last_command_, plans);
       last_command_ = arrival;
+      last_sequence_ = command->sequence;
     }
   }
 
-  void count_gap(Stamp gap) {
-    const double periods = std::round(gap / control_period_ >= 1000 ? 1000.0 : seconds(gap) / seconds(control_period_));
-    if (periods > 1) report_.late_ticks += static_cast<std::uint64_t>(periods) - 1;
+  void count_gap(Stamp gap, std::uint64_t plans) {
+    const auto periods = static_cast<std::uint64_t>(std::lround(seconds(gap) / seconds(control_period_)));
+    if (periods > plans) report_.late_ticks += periods - plans;
   }
 
   void run_real_time() {
@@ -361,7 +365,7 @@ class Race {
     }
     if (go) {
       const Stamp end = MonotonicClock().now();
-      count_gap(end - last_command_);
+      count_gap(end - last_command_, 1);
       report_.control_ticks = static_cast<std::uint64_t>((end - first_command) / control_period_) + 1;
     }
     posted_.store(kCameraEnd);
@@ -409,6 +413,7 @@ class Race {
   double distance_m_ = 0.0;
   std::deque<Frame> frames_;
   Stamp last_command_{0};
+  std::uint64_t last_sequence_ = 0;
   Mailbox<FrameJob> jobs_;
   std::atomic<std::uint32_t> posted_{0};
   std::uint64_t frames_posted_ = 0;  // real time: taken by the plant's thread

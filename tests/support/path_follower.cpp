@@ -78,6 +78,7 @@ std::uint64_t PathFollower::send_state(Stamp stamp, const QuadrotorState&, bool)
 
 protocol::ThrustRateCommand PathFollower::command() const {
   protocol::ThrustRateCommand command;
+  command.sequence = fresh_;
   command.health.solve_time_s = 0.001;
   command.health.effective_samples = 20;
   return command;
