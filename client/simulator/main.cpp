@@ -222,7 +222,7 @@ class ProgressLine {
  private:
   bool quiet_, terminal_;
   bool shown_ = false;
-  int lap_ = 0;
+  int lap_ = -1;
 };
 
 int complain(const std::string& sentence, int code) {

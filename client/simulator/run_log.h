@@ -49,8 +49,7 @@ struct Report {
   double control_period_s = 0.0;
 
   std::uint64_t control_ticks = 0;  ///< control periods flown
-  std::uint64_t late_ticks =
-      0;  ///< real time: control periods that brought no new plan; lockstep: answer did not come
+  std::uint64_t late_ticks = 0;  ///< real time: control periods that brought no new plan; lockstep: answer did not come
   std::uint64_t frames_sent = 0;
   std::uint64_t frames_skipped = 0;  ///< real time: the camera thread was still busy
   double wall_s = 0.0;

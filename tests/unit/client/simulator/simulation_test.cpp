@@ -137,6 +137,20 @@ TEST(Lockstep, ALinkDelayShowsOlderStatesButNoFewer) {
   EXPECT_LE(late.frames.size(), prompt.frames.size());
 }
 
+TEST(Lockstep, MetresAndMillimetresCarryTheSamePixels) {
+  auto scenario = circle();
+  scenario.time_limit = std::chrono::milliseconds(300);
+  Options metres;
+  metres.depth_in_millimetres = false;
+  test::PathFollower a(truth(scenario), scenario.vehicle.quadrotor, {}),
+      b(truth(scenario), scenario.vehicle.quadrotor, {});
+  race(scenario, metres, &a);
+  race(scenario, {}, &b);
+  EXPECT_EQ(a.received().frames, b.received().frames);
+  EXPECT_EQ(a.received().valid_pixels, b.received().valid_pixels);
+  EXPECT_GT(a.received().valid_pixels, 1000u);
+}
+
 TEST(Lockstep, AnInterruptEndsTheRaceAndSaysSo) {
   const auto scenario = circle();
   test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor,
