@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <map>
@@ -50,6 +51,11 @@ class FakeTransport final : public Transport {
   std::vector<protocol::ThrustRateCommand> commands() const { return copy(commands_); }
   std::vector<protocol::Telemetry> telemetries() const { return copy(telemetries_); }
   std::vector<std::string> forgotten() const { return copy(forgotten_); }
+  std::size_t commands_of(std::uint64_t session) const {
+    const std::lock_guard lock(mutex_);
+    return static_cast<std::size_t>(
+        std::count_if(commands_.begin(), commands_.end(), [&](const auto& c) { return c.session == session; }));
+  }
   std::size_t command_count() const {
     const std::lock_guard lock(mutex_);
     return commands_.size();

@@ -66,12 +66,6 @@ class ServiceThreadsTest : public ::testing::Test {
     }));
     return reply;
   }
-  std::size_t commands_of(std::uint64_t session) const {
-    std::size_t count = 0;
-    for (const auto& command : transport_.commands()) count += command.session == session ? 1 : 0;
-    return count;
-  }
-
   MonotonicClock clock_;
   testing::FakeTransport transport_;
   std::unique_ptr<Service> service_;
@@ -144,7 +138,7 @@ TEST_F(ServiceThreadsTest, LockstepClientsSideBySideEachGetOneAnswerPerState) {
         if (sequence % 2) service_->on_depth(frame);
         service_->on_state(state);
         if (sequence % 2 == 0) service_->on_depth(frame);
-        if (!eventually([&] { return commands_of(reply.session) >= sequence; })) return;
+        if (!eventually([&] { return transport_.commands_of(reply.session) >= sequence; })) return;
       }
     });
   }
@@ -193,17 +187,17 @@ TEST_F(ServiceThreadsTest, SessionsComeAndGoWhileOthersFly) {
     const auto reply = join(request);
     ASSERT_TRUE(reply.accepted) << reply.reason;
     service_->on_state(testing::hover_state("guest", reply.session, 1, 50s));
-    EXPECT_TRUE(eventually([&] { return commands_of(reply.session) > 0; }));
+    EXPECT_TRUE(eventually([&] { return transport_.commands_of(reply.session) > 0; }));
     request.action = protocol::SessionRequest::Action::kLeave;
     service_->on_request(request);
     EXPECT_TRUE(eventually([&] { return service_->sessions() == 1; }));
-    const std::size_t after = commands_of(reply.session);
+    const std::size_t after = transport_.commands_of(reply.session);
     std::this_thread::sleep_for(10ms);
-    EXPECT_EQ(commands_of(reply.session), after);  // nothing is commanded after the session's end
+    EXPECT_EQ(transport_.commands_of(reply.session), after);  // nothing is commanded after the session's end
   }
   flying = false;
   states.join();
-  EXPECT_GT(commands_of(steady.session), 20u);
+  EXPECT_GT(transport_.commands_of(steady.session), 20u);
 }
 
 TEST_F(ServiceThreadsTest, LateStepsAreCountedAndDoNotShiftTheOthers) {
