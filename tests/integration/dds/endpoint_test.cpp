@@ -334,13 +334,15 @@ TEST(Restart, ANewServerGetsTheRequestByItself) {
 }
 
 TEST(Many, VehiclesMayComeAndGoWithoutEnd) {
-  // More names than a reader keeps apart at a time.
+  // More names than a reader or writer keeps apart at a time; one client hears it all go by.
   RecordingServer log;
+  RecordingClient bystander_log;
   auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &log));
+  auto bystander = must(ClientEndpoint::create(own_domain(), "bystander", &bystander_log));
   auto participant = must(Participant::open(own_domain(), "crowd", "", {}, [](const PeerEvent&) {}));
   auto requests = must(Writer<wire::SessionRequestPubSubType>::open(participant.get(), Topic::kSessionRequest));
   auto states = must(Writer<wire::VehicleStatePubSubType>::open(participant.get(), Topic::kVehicleState));
-  for (std::size_t i = 0; i < 300; ++i) {
+  for (std::size_t i = 0; i < 600; ++i) {
     std::string name("v");
     name += std::to_string(i);
     ASSERT_TRUE(requests->write([&](auto* sample) { to_wire(test::good_request(name, i + 1), sample); })) << name;
@@ -357,6 +359,31 @@ TEST(Many, VehiclesMayComeAndGoWithoutEnd) {
     states->withdraw(name);
     ASSERT_TRUE(log.wait([&] { return log.gone.size() > i; })) << name;
     server->drop_vehicle(name);
+  }
+  ASSERT_TRUE(server->publish(test::good_reply("bystander")).ok());
+  EXPECT_TRUE(bystander_log.wait([&] { return !bystander_log.replies.empty(); }));
+}
+
+TEST(Many, AVehicleMayLeaveAndComeBack) {
+  RecordingServer log;
+  RecordingClient client_log;
+  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &log));
+  for (std::uint64_t visit = 1; visit <= 3; ++visit) {
+    auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log));
+    ASSERT_TRUE(client->publish(test::good_request("drone", visit)).ok());
+    ASSERT_TRUE(log.wait([&] { return log.requests.size() == visit; }));
+    ASSERT_TRUE(server->publish(test::good_reply("drone", visit)).ok());
+    ASSERT_TRUE(
+        client_log.wait([&] { return !client_log.replies.empty() && client_log.replies.back().request == visit; }));
+    EXPECT_TRUE(send_until(
+        [&] { server->publish(test::good_command("drone", visit)); },
+        [&](auto limit) {
+          return client_log.wait(
+              [&] { return !client_log.commands.empty() && client_log.commands.back().sequence == visit; }, limit);
+        }));
+    client.reset();
+    ASSERT_TRUE(log.wait([&] { return log.gone.size() == visit; }));
+    server->drop_vehicle("drone");
   }
 }
 
