@@ -9,6 +9,8 @@ namespace {
 constexpr double kSeenTolerance_m = 0.25;
 /// Without sight of the gate the nominal plane is all there is; the gate may be far from it.
 constexpr double kUnseenTolerance_m = 1.5;
+/// After a resumption: a vehicle this little beyond the nominal plane has passed the gate while nobody planned.
+constexpr double kJustBeyond_m = 3.0;
 
 }  // namespace
 
@@ -20,6 +22,26 @@ void CourseProgress::resume(std::uint32_t waypoint, std::uint32_t lap) noexcept 
   lap_ = lap;
   done_ = false;
   has_previous_ = false;
+  resumed_ = true;
+}
+
+void CourseProgress::advance() noexcept {
+  if (target_ + 1 < course_.waypoints.size()) {
+    ++target_;
+  } else if (lap_ + 1 < static_cast<std::uint32_t>(course_.laps)) {
+    target_ = 0;
+    ++lap_;
+  } else {
+    done_ = true;
+  }
+}
+
+bool CourseProgress::passed_while_away(const Eigen::Vector3d& p_WB) const noexcept {
+  const GateBelief gate = nominal(target_);
+  const Eigen::Vector3d off = p_WB - gate.center_W;
+  const double beyond_m = off.dot(gate.axis_W);
+  const double lateral_m = (off - beyond_m * gate.axis_W).norm();
+  return beyond_m >= 0.0 && beyond_m < kJustBeyond_m && lateral_m < course_.gate.inner_half_m + kUnseenTolerance_m;
 }
 
 bool CourseProgress::update(const Eigen::Vector3d& p_WB, const GateBelief& target) noexcept {
@@ -27,7 +49,15 @@ bool CourseProgress::update(const Eigen::Vector3d& p_WB, const GateBelief& targe
   const Eigen::Vector3d from = previous_p_WB_;
   previous_p_WB_ = p_WB;
   has_previous_ = true;
-  if (done_ || !had_previous) return false;
+  if (done_) return false;
+  if (resumed_) {
+    resumed_ = false;
+    if (passed_while_away(p_WB)) {
+      advance();
+      return true;
+    }
+  }
+  if (!had_previous) return false;
 
   const double before_m = (from - target.center_W).dot(target.axis_W);
   const double after_m = (p_WB - target.center_W).dot(target.axis_W);
@@ -38,14 +68,7 @@ bool CourseProgress::update(const Eigen::Vector3d& p_WB, const GateBelief& targe
   const double tolerance_m = target.seen ? kSeenTolerance_m : kUnseenTolerance_m;
   if (lateral_m > course_.gate.inner_half_m + tolerance_m) return false;
 
-  if (target_ + 1 < course_.waypoints.size()) {
-    ++target_;
-  } else if (lap_ + 1 < static_cast<std::uint32_t>(course_.laps)) {
-    target_ = 0;
-    ++lap_;
-  } else {
-    done_ = true;
-  }
+  advance();
   return true;
 }
 

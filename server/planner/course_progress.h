@@ -15,7 +15,8 @@ class CourseProgress {
  public:
   explicit CourseProgress(const protocol::Course& course);
 
-  /// Goes on from a gate and lap that an earlier server had reached.
+  /// Goes on from a gate and lap that an earlier server had reached. A vehicle that is found a little beyond the
+  /// nominal plane at the next update() has coasted through the gate in between, and that gate counts as passed.
   void resume(std::uint32_t waypoint, std::uint32_t lap) noexcept;
 
   /// Advances with the vehicle's new position. @return true when the target changed.
@@ -32,11 +33,15 @@ class CourseProgress {
   GateBelief nominal(std::uint32_t waypoint) const noexcept;
 
  private:
+  void advance() noexcept;
+  bool passed_while_away(const Eigen::Vector3d& p_WB) const noexcept;
+
   protocol::Course course_;
   std::uint32_t target_ = 0;
   std::uint32_t lap_ = 0;
   bool done_ = false;
   bool has_previous_ = false;
+  bool resumed_ = false;
   Eigen::Vector3d previous_p_WB_ = Eigen::Vector3d::Zero();
 };
 

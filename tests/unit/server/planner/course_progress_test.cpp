@@ -81,5 +81,22 @@ TEST(CourseProgress, ResumesWhereItWasToldAndIgnoresNonsense) {
   EXPECT_EQ(progress.lap(), 1u);
 }
 
+TEST(CourseProgress, AGateCoastedThroughWhileNobodyPlannedCountsAfterResuming) {
+  CourseProgress beyond(square_course(3));
+  beyond.resume(2, 1);  // the gate at (-6, 0), passed along -y
+  EXPECT_TRUE(beyond.update({-6.3, -1.0, 1.2}, beyond.nominal(2)));
+  EXPECT_EQ(beyond.target(), 3u);
+
+  CourseProgress before(square_course(3));
+  before.resume(2, 1);
+  EXPECT_FALSE(before.update({-6.3, 1.0, 1.2}, before.nominal(2)));
+  EXPECT_EQ(before.target(), 2u);
+
+  CourseProgress elsewhere(square_course(3));
+  elsewhere.resume(2, 1);
+  EXPECT_FALSE(elsewhere.update({-1.0, -5.0, 1.2}, elsewhere.nominal(2)));
+  EXPECT_EQ(elsewhere.target(), 2u);
+}
+
 }  // namespace
 }  // namespace gatefield::planner
