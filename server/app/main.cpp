@@ -14,6 +14,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/logging.h"
+#include "common/config/locate.h"
 #include "common/dds/server_endpoint.h"
 #include "common/model/bundle.h"
 #include "common/protocol/validate.h"
@@ -98,9 +99,9 @@ int run(const Arguments& arguments) {
   }
   std::filesystem::path profiles_folder = arguments.profiles;
   if (profiles_folder.empty()) {
-    auto found = find_data_folder("config/profiles", "--profiles FOLDER");
+    auto found = config::config_folder();
     if (!found) return fail(kBadInput, found.error());
-    profiles_folder = *found;
+    profiles_folder = *found / "profiles";
   }
   auto profiles = load_profiles(profiles_folder);
   if (!profiles) return fail(kBadInput, profiles.error());
@@ -189,8 +190,8 @@ int main(int argc, char** argv) {
                  "installation or ./deploy/models/race")
       ->type_name("FOLDER");
   app.add_option("--profiles", arguments.profiles,
-                 "Folder of planner profiles, every *.txt is one; else share/gatefield/config/profiles of the "
-                 "installation or ./deploy/config/profiles")
+                 "Folder of planner profiles, every *.txt is one; else profiles/ of $GATEFIELD_CONFIG, of "
+                 "share/gatefield/config of the installation or of the sources' deploy/config")
       ->type_name("FOLDER");
   app.add_option("--domain", arguments.domain, "DDS domain, 0 to 232")
       ->check(CLI::Range(0u, gatefield::dds::kMaxDomain))

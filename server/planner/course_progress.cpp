@@ -1,5 +1,6 @@
 #include "server/planner/course_progress.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace gatefield::planner {
@@ -9,8 +10,14 @@ namespace {
 constexpr double kSeenTolerance_m = 0.25;
 /// Without sight of the gate the nominal plane is all there is; the gate may be far from it.
 constexpr double kUnseenTolerance_m = 1.5;
-/// After a resumption: a vehicle this little beyond the nominal plane has passed the gate while nobody planned.
-constexpr double kJustBeyond_m = 3.0;
+/// After a resumption: a vehicle this near to the way out of the gate has passed it while nobody planned.
+constexpr double kOnTheWayOut_m = 3.0;
+
+double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d way = to - from;
+  const double part = way.squaredNorm() > 1e-12 ? std::clamp((p - from).dot(way) / way.squaredNorm(), 0.0, 1.0) : 0.0;
+  return (p - from - part * way).norm();
+}
 
 }  // namespace
 
@@ -38,10 +45,24 @@ void CourseProgress::advance() noexcept {
 
 bool CourseProgress::passed_while_away(const Eigen::Vector3d& p_WB) const noexcept {
   const GateBelief gate = nominal(target_);
-  const Eigen::Vector3d off = p_WB - gate.center_W;
-  const double beyond_m = off.dot(gate.axis_W);
-  const double lateral_m = (off - beyond_m * gate.axis_W).norm();
-  return beyond_m >= 0.0 && beyond_m < kJustBeyond_m && lateral_m < course_.gate.inner_half_m + kUnseenTolerance_m;
+  if ((p_WB - gate.center_W).dot(gate.axis_W) < 0.0) return false;
+  // Ways in and out are the legs between nominal waypoints; at the ends of an open course they go on along the axis.
+  constexpr double kEnd_m = 5.0;
+  const Eigen::Vector3d before =
+      has_neighbour(-1) ? neighbour(-1) : Eigen::Vector3d(gate.center_W - kEnd_m * gate.axis_W);
+  const Eigen::Vector3d after = has_neighbour(1) ? neighbour(1) : Eigen::Vector3d(gate.center_W + kEnd_m * gate.axis_W);
+  const double way_out_m = distance_to_segment(p_WB, gate.center_W, after);
+  return way_out_m < kOnTheWayOut_m && way_out_m <= distance_to_segment(p_WB, before, gate.center_W);
+}
+
+bool CourseProgress::has_neighbour(int offset) const noexcept {
+  const int index = static_cast<int>(target_) + offset;
+  return course_.closed || (index >= 0 && index < static_cast<int>(course_.waypoints.size()));
+}
+
+Eigen::Vector3d CourseProgress::neighbour(int offset) const noexcept {
+  const int count = static_cast<int>(course_.waypoints.size());
+  return course_.waypoints[static_cast<std::size_t>((static_cast<int>(target_) + offset + count) % count)].p_W;
 }
 
 bool CourseProgress::update(const Eigen::Vector3d& p_WB, const GateBelief& target) noexcept {

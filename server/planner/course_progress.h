@@ -15,8 +15,9 @@ class CourseProgress {
  public:
   explicit CourseProgress(const protocol::Course& course);
 
-  /// Goes on from a gate and lap that an earlier server had reached. A vehicle that is found a little beyond the
-  /// nominal plane at the next update() has coasted through the gate in between, and that gate counts as passed.
+  /// Goes on from a gate and lap that an earlier server had reached. A vehicle that the next update() finds beyond the
+  /// nominal plane and nearer to the way out than to the way in has coasted through the gate in between, and that gate
+  /// counts as passed.
   void resume(std::uint32_t waypoint, std::uint32_t lap) noexcept;
 
   /// Advances with the vehicle's new position. @return true when the target changed.
@@ -35,6 +36,8 @@ class CourseProgress {
  private:
   void advance() noexcept;
   bool passed_while_away(const Eigen::Vector3d& p_WB) const noexcept;
+  bool has_neighbour(int offset) const noexcept;         ///< of the target along a lap, offset +-1
+  Eigen::Vector3d neighbour(int offset) const noexcept;  ///< its nominal centre. @pre has_neighbour(offset)
 
   protocol::Course course_;
   std::uint32_t target_ = 0;

@@ -87,6 +87,10 @@ TEST(CourseProgress, AGateCoastedThroughWhileNobodyPlannedCountsAfterResuming) {
   EXPECT_TRUE(beyond.update({-6.3, -1.0, 1.2}, beyond.nominal(2)));
   EXPECT_EQ(beyond.target(), 3u);
 
+  CourseProgress far_beyond(square_course(3));
+  far_beyond.resume(2, 1);
+  EXPECT_TRUE(far_beyond.update({-4.5, -3.5, 1.2}, far_beyond.nominal(2)));
+
   CourseProgress before(square_course(3));
   before.resume(2, 1);
   EXPECT_FALSE(before.update({-6.3, 1.0, 1.2}, before.nominal(2)));
@@ -94,7 +98,7 @@ TEST(CourseProgress, AGateCoastedThroughWhileNobodyPlannedCountsAfterResuming) {
 
   CourseProgress elsewhere(square_course(3));
   elsewhere.resume(2, 1);
-  EXPECT_FALSE(elsewhere.update({-1.0, -5.0, 1.2}, elsewhere.nominal(2)));
+  EXPECT_FALSE(elsewhere.update({2.0, -1.0, 1.2}, elsewhere.nominal(2)));
   EXPECT_EQ(elsewhere.target(), 2u);
 }
 
