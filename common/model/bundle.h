@@ -22,10 +22,12 @@ enum class DecoderKind {
   kHyper,         ///< ours: z makes the first layer's weights and bias on p - centre (docs/training.md)
 };
 
-/// Decoder weights as they stand in decoder.onnx. Hidden activation is ReLU, the last layer is linear, one output: s in metres.
-/// kConcatenated: layers[0] has latent_size + 3 + 6 L inputs in the order [z, p, sin(2^0 pi p / S), cos(2^0 pi p / S), sin(2^1 ...) ...]
+/// Decoder weights as they stand in decoder.onnx. Hidden activation is ReLU, the last layer is linear, one output: s in
+/// metres. kConcatenated: layers[0] has latent_size + 3 + 6 L inputs in the order [z, p, sin(2^0 pi p / S), cos(2^0 pi
+/// p / S), sin(2^1 ...) ...]
 ///   (each a triple x y z), p in the camera frame, S = position_scale_m.
-/// kHyper: `generator` maps z (latent without its leading 3 centre coordinates) to 4 h numbers: W1 row-major [h][3], then b1 [h];
+/// kHyper: `generator` maps z (latent without its leading 3 centre coordinates) to 4 h numbers: W1 row-major [h][3],
+/// then b1 [h];
 ///   first hidden = relu(W1 (p - centre) / S + b1); `layers` are the ones after it.
 struct DecoderWeights {
   DecoderKind kind = DecoderKind::kHyper;
@@ -57,8 +59,9 @@ struct Manifest {
   double validity_threshold = 0.5;
 };
 
-/// A trained model: manifest.txt and its ONNX files (look1.onnx, look2.onnx or encoder.onnx; decoder.onnx) in one folder.
-/// Reading checks every file against the manifest before anything runs it; errors name file, tensor and what was expected.
+/// A trained model: manifest.txt and its ONNX files (look1.onnx, look2.onnx or encoder.onnx; decoder.onnx) in one
+/// folder. Reading checks every file against the manifest before anything runs it; errors name file, tensor and what
+/// was expected.
 class Bundle {
  public:
   static Result<Bundle> read(const std::filesystem::path& folder);
@@ -66,7 +69,9 @@ class Bundle {
   const Manifest& manifest() const noexcept { return manifest_; }
   const DecoderWeights& decoder() const noexcept { return decoder_; }
   const std::filesystem::path& folder() const noexcept { return folder_; }
-  std::uint64_t hash() const noexcept { return hash_; }  ///< FNV-1a over all files: says which latents fit which decoder
+  std::uint64_t hash() const noexcept {
+    return hash_;
+  }  ///< FNV-1a over all files: says which latents fit which decoder
 
  private:
   std::filesystem::path folder_;

@@ -3,26 +3,17 @@
 #include <algorithm>
 #include <system_error>
 
+#include "common/config/locate.h"
 #include "server/planner/profile_file.h"
 
 namespace gatefield::app {
-namespace {
-
 namespace fs = std::filesystem;
-
-constexpr int kLevelsUp = 4;  // build/server/app/gatefield-server lies three below the sources
-
-}  // namespace
 
 std::vector<fs::path> data_folder_candidates(const std::string& name) {
   std::vector<fs::path> candidates;
+  if (const auto config = config::config_folder(); config.ok()) candidates.push_back(config->parent_path() / name);
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) candidates.push_back(program.parent_path().parent_path() / "share/gatefield" / name);
   candidates.push_back(fs::current_path(error) / "deploy" / name);
-  fs::path above = program.parent_path();
-  for (int i = 0; i < kLevelsUp && above.has_relative_path(); ++i, above = above.parent_path())
-    candidates.push_back(above / "deploy" / name);
   return candidates;
 }
 

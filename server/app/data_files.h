@@ -10,9 +10,9 @@
 
 namespace gatefield::app {
 
-/// Where the program looks for a data folder when nothing is said, in this order: <prefix>/share/gatefield/<name> of an
-/// installed program, ./deploy/<name>, and deploy/<name> of the folders above the program (a build tree inside the
-/// sources). @param name  for example "models/race"
+/// Where the program looks for a data folder when nothing is said, in this order: beside the configuration folder
+/// (config::config_folder(): <prefix>/share/gatefield of an installed program, deploy of the sources), and in ./deploy.
+/// @param name  for example "models/race"
 std::vector<std::filesystem::path> data_folder_candidates(const std::string& name);
 
 /// The first candidate that exists. The error lists them all, and names the option that says where instead.

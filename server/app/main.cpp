@@ -186,8 +186,8 @@ int main(int argc, char** argv) {
   app.footer(gatefield::app::kFooter);
   app.set_version_flag("--version", "gatefield-server " GATEFIELD_VERSION);
   app.add_option("--model", arguments.model,
-                 "Folder of a trained model (manifest.txt and its ONNX files); else share/gatefield/models/race of the "
-                 "installation or ./deploy/models/race")
+                 "Folder of a trained model (manifest.txt and its ONNX files); else models/race of the installation's "
+                 "share/gatefield, of the sources' deploy, or of ./deploy")
       ->type_name("FOLDER");
   app.add_option("--profiles", arguments.profiles,
                  "Folder of planner profiles, every *.txt is one; else profiles/ of $GATEFIELD_CONFIG, of "

@@ -12,7 +12,8 @@
 namespace gatefield::perception {
 namespace {
 
-/// The second look is taken again when it moved the centre by more than this: around its own middle the crop tells more (docs/training.md).
+/// The second look is taken again when it moved the centre by more than this: around its own middle the crop tells more
+/// (docs/training.md).
 constexpr double kLookAgain_m = 0.05;
 /// Added to the true error before the logarithm in training, so that zero can be told.
 constexpr float kErrorFloor_m = 0.005f;

@@ -14,15 +14,17 @@ namespace gatefield::perception {
 
 /// What one depth frame says about one gate.
 struct Encoding {
-  std::vector<float> latent;   ///< the decoder's whole condition, bundle.manifest().latent_size() numbers
-  Eigen::Vector3f center_C;    ///< the centre that is part of the latent (two-look bundles; zero for others), m, camera frame
-  float validity = 0.0f;       ///< probability that a gate is there
+  std::vector<float> latent;  ///< the decoder's whole condition, bundle.manifest().latent_size() numbers
+  Eigen::Vector3f
+      center_C;  ///< the centre that is part of the latent (two-look bundles; zero for others), m, camera frame
+  float validity = 0.0f;           ///< probability that a gate is there
   float predicted_error_m = 0.0f;  ///< the network's own guess of its mean field error around the gate
 };
 
-/// Depth image to latent (paper, E_theta), through OpenCV dnn. Two-look networks (docs/training.md) look at the whole image for
-/// a coarse centre, then at a crop around it; a prior from the gate memory or the course replaces the first look.
-/// Thread-safe: no, one instance per worker.   Real-time safe: bounded, but allocates inside OpenCV: runs on the perception thread.
+/// Depth image to latent (paper, E_theta), through OpenCV dnn. Two-look networks (docs/training.md) look at the whole
+/// image for a coarse centre, then at a crop around it; a prior from the gate memory or the course replaces the first
+/// look. Thread-safe: no, one instance per worker.   Real-time safe: bounded, but allocates inside OpenCV: runs on the
+/// perception thread.
 class DepthEncoder {
  public:
   static Result<std::unique_ptr<DepthEncoder>> create(const model::Bundle& bundle);

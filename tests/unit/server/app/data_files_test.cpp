@@ -54,10 +54,19 @@ TEST_F(DataFilesTest, ErrorsNameTheFolderOrTheFile) {
   EXPECT_THAT(broken.error(), HasSubstr("b.txt"));
 }
 
+TEST_F(DataFilesTest, ModelsLieBesideTheConfiguration) {
+  fs::create_directories(folder_ / "config");
+  fs::create_directories(folder_ / "models/mine");
+  setenv("GATEFIELD_CONFIG", (folder_ / "config").c_str(), 1);
+  const auto found = find_data_folder("models/mine", "--model FOLDER");
+  unsetenv("GATEFIELD_CONFIG");
+  ASSERT_TRUE(found.ok()) << found.error();
+  EXPECT_EQ(*found, folder_ / "models/mine");
+}
+
 TEST_F(DataFilesTest, AMissingFolderIsNamedWithWhereItWasSought) {
   const auto found = find_data_folder("models/no-such-model", "--model FOLDER");
   ASSERT_FALSE(found.ok());
-  EXPECT_THAT(found.error(), HasSubstr("share/gatefield/models/no-such-model"));
   EXPECT_THAT(found.error(), HasSubstr("deploy/models/no-such-model"));
   EXPECT_THAT(found.error(), HasSubstr("--model FOLDER"));
 }
