@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <deque>
 #include <map>
 #include <mutex>
 #include <shared_mutex>
+#include <thread>
 #include <unordered_map>
 #include <vector>
 
@@ -26,6 +28,9 @@ using TelemetryWriter = Writer<wire::TelemetryPubSubType>;
 
 // More requests than this from clients that never leave are not remembered (their going is not reported then).
 constexpr std::size_t kMaxRemembered = 1024;
+
+// Refusals that are kept for clients that are slow to hear them.
+constexpr std::size_t kKeptRefusals = 32;
 
 std::string announcement(const std::string& server, const char* phase) {
   return "gatefield-server:" + server + ":" + phase;
@@ -88,9 +93,14 @@ class Server final : public ServerEndpoint {
         commands_.emplace(reply.vehicle, std::move(writer).value());
       }
     }
-    if (!replies_->write([&](wire::SessionReply* sample) { to_wire(reply, sample); }))
-      return Error{"the reply to " + reply.vehicle + " could not be sent"};
-    return {};
+    if (!reply.accepted) forget_old_refusals(reply.vehicle);
+    // The writer keeps a limited number of vehicles apart, and a withdrawn one's place is free only when every client
+    // has heard of it: after many short visits that takes a moment.
+    for (int attempt = 0; attempt < 50; ++attempt) {
+      if (replies_->write([&](wire::SessionReply* sample) { to_wire(reply, sample); })) return {};
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return Error{"the reply to " + reply.vehicle + " could not be sent"};
   }
 
   bool publish(const protocol::ThrustRateCommand& command) noexcept override {
@@ -168,6 +178,21 @@ class Server final : public ServerEndpoint {
                    ", expected a name of its own for each server (or another domain)"};
     claimed_ = true;
     return {};
+  }
+
+  // A refusal stays with the writer, as every reply does, but no drop_vehicle() ends it. Kept are the newest few.
+  void forget_old_refusals(const std::string& vehicle) {
+    std::string oldest;
+    {
+      const std::unique_lock lock(commands_mutex_);
+      refused_.push_back(vehicle);
+      if (refused_.size() <= kKeptRefusals) return;
+      oldest = std::move(refused_.front());
+      refused_.pop_front();
+      // It may have been accepted, or refused once more, since then.
+      if (commands_.count(oldest) != 0 || std::find(refused_.begin(), refused_.end(), oldest) != refused_.end()) return;
+    }
+    replies_->withdraw(oldest);
   }
 
   void on_peer(const PeerEvent& event) {
@@ -282,6 +307,7 @@ class Server final : public ServerEndpoint {
 
   std::shared_mutex commands_mutex_;
   std::unordered_map<std::string, std::shared_ptr<CommandWriter>> commands_;
+  std::deque<std::string> refused_;
 
   // Each used by the callbacks of one reader only, which take turns.
   protocol::SessionRequest request_;

@@ -55,7 +55,8 @@ class ServerEndpoint {
                                                         ServerHandler* handler, const TransportOptions& transport = {});
   virtual ~ServerEndpoint() = default;
 
-  /// Answers a request. An accepted reply opens the vehicle's command writer before it goes out.
+  /// Answers a request. An accepted reply opens the vehicle's command writer before it goes out. Takes up to half a
+  /// second when hundreds of vehicles came and went just before.
   virtual Status publish(const protocol::SessionReply& reply) = 0;
   /// @return false when the vehicle has no command writer (not accepted, or dropped), the command fails validation, or
   /// the middleware refuses it.

@@ -347,7 +347,7 @@ TEST(Many, VehiclesMayComeAndGoWithoutEnd) {
     name += std::to_string(i);
     // This writer has its limit of names too; old ones are free when everyone has heard that they are.
     ASSERT_TRUE(send_until(
-        [] {},
+        [] { std::this_thread::sleep_for(1ms); },
         [&](auto) { return requests->write([&](auto* sample) { to_wire(test::good_request(name, i + 1), sample); }); }))
         << name;
     ASSERT_TRUE(log.wait([&] { return log.requests.size() > i; })) << name;
