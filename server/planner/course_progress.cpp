@@ -29,7 +29,7 @@ void CourseProgress::resume(std::uint32_t waypoint, std::uint32_t lap) noexcept 
   lap_ = lap;
   done_ = false;
   has_previous_ = false;
-  resumed_ = true;
+  resumed_ = waypoint != 0 || lap != 0;  // at its very beginning, nothing was passed before
 }
 
 void CourseProgress::advance() noexcept {

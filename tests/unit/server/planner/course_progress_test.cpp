@@ -96,6 +96,10 @@ TEST(CourseProgress, AGateCoastedThroughWhileNobodyPlannedCountsAfterResuming) {
   EXPECT_FALSE(before.update({-6.3, 1.0, 1.2}, before.nominal(2)));
   EXPECT_EQ(before.target(), 2u);
 
+  CourseProgress beginning(square_course(3));
+  beginning.resume(0, 0);
+  EXPECT_FALSE(beginning.update({5.5, 1.0, 1.2}, beginning.nominal(0)));
+
   CourseProgress elsewhere(square_course(3));
   elsewhere.resume(2, 1);
   EXPECT_FALSE(elsewhere.update({2.0, -1.0, 1.2}, elsewhere.nominal(2)));
