@@ -4,8 +4,18 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <tuple>
 
 namespace gatefield::dds {
+
+// The IDL says these once more, for those who see only the IDL.
+static_assert(wire::PROTOCOL_VERSION == protocol::kVersion);
+static_assert(wire::NAME_LENGTH == protocol::kMaxNameLength);
+static_assert(wire::REASON_LENGTH == protocol::kMaxReasonLength);
+static_assert(wire::WAYPOINTS == protocol::kMaxWaypoints);
+static_assert(wire::PLAN_STEPS == protocol::kMaxPlanSteps);
+static_assert(wire::ISA_LENGTH + 1 == std::tuple_size_v<decltype(protocol::ThrustRateCommand::isa)>);
+
 namespace {
 
 // Hostile counts stay hostile after the conversion (so that validate() names them) without overflowing an int.

@@ -470,7 +470,14 @@ void throw_garbage(RecordingServer* log, Topic topic, const Message& good, Count
   auto* publisher = stranger->raw()->create_publisher(PUBLISHER_QOS_DEFAULT);
   auto* raw = publisher->create_datawriter(dds_topic, writer_qos(topic, {}));
   ASSERT_NE(raw, nullptr);
-  std::this_thread::sleep_for(300ms);
+  PublicationMatchedStatus matched;
+  ASSERT_TRUE(send_until(
+      [&] {
+        std::this_thread::sleep_for(20ms);
+        raw->get_publication_matched_status(matched);
+      },
+      [&](auto) { return matched.current_count > 0; }));
+  std::this_thread::sleep_for(200ms);  // the reader may learn of the match a little later
 
   typename Generated::type key;
   key.vehicle() = "drone";
