@@ -1,12 +1,14 @@
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
+#include <thread>
 
 #include "common/dds/participant.h"
 #include "common/dds/qos.h"
@@ -50,7 +52,10 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
   ~Reader() override {
     if (reader_ != nullptr) {
       reader_->set_listener(nullptr);
-      const std::lock_guard lock(mutex_);  // a callback that runs now ends first
+      // A callback that runs now ends first. No lock of ours is held meanwhile or in the deletion: a receiving thread
+      // comes here with the middleware's own lock, which the deletion wants too.
+      for (int i = 0; i < 10000 && arrivals_.load(std::memory_order_acquire) != 0; ++i)
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
       subscriber_->delete_datareader(reader_);
     }
     if (subscriber_ != nullptr) participant_->raw()->delete_subscriber(subscriber_);
@@ -59,10 +64,19 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
  private:
   Reader(Participant* participant, Callbacks callbacks) : participant_(participant), callbacks_(std::move(callbacks)) {}
 
+  /// UDP and shared memory have threads of their own and may be here at the same time, each with locks of the
+  /// middleware in hand, so none may wait for the other: the first one takes the samples, those that come meanwhile
+  /// only say that there are more.
   void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {
+    if (arrivals_.fetch_add(1, std::memory_order_acq_rel) != 0) return;
+    for (unsigned seen = 1; seen != 0;) {
+      take_all(reader);
+      seen = arrivals_.fetch_sub(seen, std::memory_order_acq_rel) - seen;
+    }
+  }
+
+  void take_all(eprosima::fastdds::dds::DataReader* reader) {
     using namespace eprosima::fastdds::dds;
-    // UDP and shared memory have threads of their own and may be here at the same time.
-    const std::lock_guard lock(mutex_);
     // Ends when nothing is left; the bound is for a middleware that would report an error for ever.
     for (int errors = 0; errors < 256;) {
       try {
@@ -90,8 +104,8 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
   Callbacks callbacks_;
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;
-  std::mutex mutex_;
-  Sample sample_;
+  std::atomic<unsigned> arrivals_{0};  ///< calls of on_data_available that are not settled; 0 = nobody takes samples
+  Sample sample_;                      ///< of whoever takes samples
 };
 
 }  // namespace gatefield::dds
