@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
@@ -276,6 +277,32 @@ TEST(Leaving, AGoodbyeIsReportedOnceWithTheRequestItEnds) {
   ASSERT_TRUE(log.wait([&] { return !log.gone.empty(); }));
   EXPECT_EQ(log.gone[0], std::make_pair(std::string("drone"), std::uint64_t{77}));
   EXPECT_FALSE(log.wait([&] { return log.gone.size() > 1; }, 300ms));
+}
+
+TEST(Leaving, WhileSamplesPourInAReaderGoesWithoutWaitingForItself) {
+  // A receiving thread holds the middleware's lock and wants the reader; the deletion holds the reader and wants that
+  // lock.
+  RecordingServer log;
+  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &log));
+  std::atomic<bool> stop{false};
+  std::thread talker([&] {
+    while (!stop) {
+      server->publish(test::good_telemetry("drone"));
+      std::this_thread::sleep_for(20us);
+    }
+  });
+  auto visits = std::async(std::launch::async, [] {
+    for (int visit = 0; visit < 25; ++visit) {
+      RecordingClient client_log;
+      auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log));
+      client_log.wait([&] { return client_log.telemetry.size() > 20; }, 1000ms);
+    }
+  });
+  const bool ended = visits.wait_for(60s) == std::future_status::ready;
+  EXPECT_TRUE(ended);
+  if (!ended) std::_Exit(1);  // nothing can end threads that wait for each other
+  stop = true;
+  talker.join();
 }
 
 TEST(Leaving, AnotherClientOfTheSameNameEndsOnlyItsOwnRequest) {
