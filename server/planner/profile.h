@@ -34,9 +34,10 @@ struct Profile {
   // Progress (paper, Eq. "gate_progress")
   double progress_weight = 10.0;
   ProgressMetric progress_metric = ProgressMetric::kDistance;
-  bool waypoint_from_field = true;  ///< the waypoint is the opening's centre as the field shows it
-  bool switch_in_rollout = true;    ///< beyond the opening, a rollout heads for the next gate
-  bool funnel = true;               ///< outside the cone first to a point in front of the gate
+  bool waypoint_from_field =
+      true;  ///< the waypoint is the opening's centre as the field shows it; off: the nominal one, in every cost
+  bool switch_in_rollout = true;  ///< beyond the opening, a rollout heads for the next gate
+  bool funnel = true;             ///< outside the cone first to a point in front of the gate
   double funnel_half_angle_rad = 0.70;
   double funnel_distance_m = 1.5;
 

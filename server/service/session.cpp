@@ -282,6 +282,12 @@ planner::GateBelief Session::belief(std::uint32_t waypoint) const noexcept {
   return belief;
 }
 
+planner::GateBelief Session::planned_gate(std::uint32_t waypoint) const noexcept {
+  planner::GateBelief gate = belief(waypoint);
+  if (!planner_->profile().waypoint_from_field) gate.center_W = progress_.nominal(waypoint).center_W;
+  return gate;
+}
+
 double Session::age_of(std::uint32_t waypoint, Stamp at) const noexcept {
   const perception::RememberedGate* const gate = remembered(waypoint);
   return gate ? std::max(0.0, seconds(at - gate->stamp)) : -1.0;
@@ -364,9 +370,9 @@ Session::Answer Session::step(Stamp now) noexcept {
 
   input.elapsed_s = have_plan_ ? std::max(0.0, seconds(plan_start - last_plan_start_)) : 0.0;
   input.step = steps_made_++;
-  input.target = belief(ahead_.target());
+  input.target = planned_gate(ahead_.target());
   input.has_next = ahead_.has_next();
-  input.next = belief(ahead_.next());
+  input.next = planned_gate(ahead_.next());
   const double field_age_s = age_of(ahead_.target(), plan_start);
   input.field_age_s = std::max(0.0, field_age_s);
   input.speed_limit_m_s = request_.speed_limit_m_s;

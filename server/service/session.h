@@ -133,6 +133,8 @@ class Session {
   void note(const std::string& reason);
   void publish_target() noexcept;
   planner::GateBelief belief(std::uint32_t waypoint) const noexcept;
+  /// What the planner heads for: the belief, with the nominal waypoint in its place where the profile wants that.
+  planner::GateBelief planned_gate(std::uint32_t waypoint) const noexcept;
   double age_of(std::uint32_t waypoint, Stamp at) const noexcept;
   const perception::RememberedGate* remembered(std::uint32_t waypoint) const noexcept;
   void take_in(const StateSample& sample) noexcept;

@@ -212,6 +212,22 @@ TEST(SessionDepth, WhatAFrameShowsReachesThePlanner) {
   EXPECT_TRUE(input.has_next);
 }
 
+TEST(SessionDepth, AProfileMayKeepTheNominalWaypointBesideTheField) {
+  planner::Profile profile = testing::small_profile();
+  profile.waypoint_from_field = false;
+  Bench bench(protocol::Timing::kRealTime, profile);
+  bench.encoder.center_C = Eigen::Vector3d(0, 0, 4);
+  bench.session->take_state(bench.state(50s, {1, 0, 1.5}));
+  auto frame = bench.frame(50s);
+  bench.session->take_depth(frame);
+  bench.session->perceive(bench.encoder);
+  ASSERT_NE(bench.step(), nullptr);
+  const planner::PlanInput& input = bench.planner->last;
+  EXPECT_TRUE(input.target.seen);
+  EXPECT_NE(input.target.field, nullptr);
+  EXPECT_EQ(input.target.center_W, bench.request.course.waypoints[0].p_W);
+}
+
 TEST(SessionDepth, EmptyAndSaturatedFramesLeaveTheLastLatentWithItsAge) {
   Bench bench;
   bench.session->take_state(bench.state(50s));
