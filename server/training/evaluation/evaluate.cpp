@@ -1,4 +1,4 @@
-#include "server/training/evaluate.h"
+#include "server/training/evaluation/evaluate.h"
 
 #include <algorithm>
 #include <chrono>
@@ -14,7 +14,7 @@
 #include "server/perception/depth_encoder.h"
 #include "server/perception/gate_memory.h"
 #include "server/perception/hourglass_fit.h"
-#include "server/training/sampling.h"
+#include "server/training/data/sampling.h"
 
 namespace gatefield::training {
 namespace {

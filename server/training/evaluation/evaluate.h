@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/base/result.h"
-#include "server/training/dataset.h"
+#include "server/training/data/dataset.h"
 
 namespace gatefield::training {
 

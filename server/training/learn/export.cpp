@@ -1,4 +1,4 @@
-#include "server/training/export.h"
+#include "server/training/learn/export.h"
 
 #include <fcntl.h>
 #include <onnx/onnx_pb.h>
@@ -13,7 +13,7 @@
 
 #include "common/model/bundle.h"
 #include "common/model/two_look.h"
-#include "server/training/dataset.h"
+#include "server/training/data/dataset.h"
 
 namespace gatefield::training {
 namespace {

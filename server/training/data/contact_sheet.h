@@ -4,7 +4,7 @@
 
 #include "common/base/result.h"
 #include "common/scene/sensor_noise.h"
-#include "server/training/dataset.h"
+#include "server/training/data/dataset.h"
 
 namespace gatefield::training {
 

@@ -1,4 +1,4 @@
-#include "server/training/batches.h"
+#include "server/training/learn/batches.h"
 
 #include <algorithm>
 #include <cmath>

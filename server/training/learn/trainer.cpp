@@ -1,4 +1,4 @@
-#include "server/training/trainer.h"
+#include "server/training/learn/trainer.h"
 
 #include <ATen/Parallel.h>
 #include <dlfcn.h>
@@ -11,7 +11,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/training/networks.h"
+#include "server/training/learn/networks.h"
 
 namespace gatefield::training {
 namespace {

@@ -10,9 +10,9 @@
 #include "common/model/two_look.h"
 #include "server/kernels/decoder/decoder.h"
 #include "server/perception/depth_encoder.h"
-#include "server/training/export.h"
-#include "server/training/train_loop.h"
-#include "server/training/trainer.h"
+#include "server/training/learn/export.h"
+#include "server/training/learn/train_loop.h"
+#include "server/training/learn/trainer.h"
 
 namespace gatefield::training {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/training/networks.h"
+#include "server/training/learn/networks.h"
 
 #include <ATen/autocast_mode.h>
 #include <torch/nn/functional.h>

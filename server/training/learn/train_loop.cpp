@@ -1,4 +1,4 @@
-#include "server/training/train_loop.h"
+#include "server/training/learn/train_loop.h"
 
 #include <chrono>
 #include <cinttypes>
@@ -7,8 +7,8 @@
 #include <sstream>
 #include <vector>
 
-#include "server/training/export.h"
-#include "server/training/progress.h"
+#include "common/base/progress_line.h"
+#include "server/training/learn/export.h"
 
 namespace gatefield::training {
 namespace {

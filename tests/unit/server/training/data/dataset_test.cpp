@@ -1,4 +1,4 @@
-#include "server/training/dataset.h"
+#include "server/training/data/dataset.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 
 #include "common/scene/depth_camera.h"
 #include "common/scene/world.h"
-#include "server/training/contact_sheet.h"
-#include "server/training/sampling.h"
+#include "server/training/data/contact_sheet.h"
+#include "server/training/data/sampling.h"
 
 namespace gatefield::training {
 namespace {

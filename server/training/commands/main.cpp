@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "server/training/contact_sheet.h"
-#include "server/training/evaluate.h"
-#include "server/training/export.h"
-#include "server/training/progress.h"
-#include "server/training/train_loop.h"
+#include "common/base/progress_line.h"
+#include "server/training/data/contact_sheet.h"
+#include "server/training/evaluation/evaluate.h"
+#include "server/training/learn/export.h"
+#include "server/training/learn/train_loop.h"
 
 namespace {
 

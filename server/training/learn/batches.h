@@ -12,8 +12,8 @@
 
 #include "common/model/two_look.h"
 #include "common/scene/sensor_noise.h"
-#include "server/training/dataset.h"
-#include "server/training/sampling.h"
+#include "server/training/data/dataset.h"
+#include "server/training/data/sampling.h"
 
 /// Batches for the trainer: noise, mirror images, input tensors, crops, query points. No libtorch here.
 namespace gatefield::training {

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <string>
 
-namespace gatefield::training {
+namespace gatefield {
 
 /// One line that is rewritten in place on a terminal, and printed every half minute elsewhere. Thread-safe: no.
 class ProgressLine {
@@ -25,4 +25,4 @@ class ProgressLine {
 /// 75 -> "1:15", 3700 -> "1:01:40"
 std::string clock_text(double seconds);
 
-}  // namespace gatefield::training
+}  // namespace gatefield

@@ -1,4 +1,4 @@
-#include "server/training/progress.h"
+#include "common/base/progress_line.h"
 
 #include <unistd.h>
 
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <utility>
 
-namespace gatefield::training {
+namespace gatefield {
 
 ProgressLine::ProgressLine(std::string title) : title_(std::move(title)), terminal_(isatty(STDOUT_FILENO) == 1) {}
 
@@ -48,4 +48,4 @@ std::string clock_text(double seconds) {
   return text;
 }
 
-}  // namespace gatefield::training
+}  // namespace gatefield

@@ -1,4 +1,4 @@
-#include "server/training/sampling.h"
+#include "server/training/data/sampling.h"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/base/result.h"
-#include "server/training/batches.h"
+#include "server/training/learn/batches.h"
 
 namespace gatefield::training {
 

@@ -1,4 +1,4 @@
-#include "server/training/contact_sheet.h"
+#include "server/training/data/contact_sheet.h"
 
 #include <algorithm>
 #include <array>

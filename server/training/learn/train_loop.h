@@ -7,7 +7,7 @@
 #include <string>
 
 #include "common/base/result.h"
-#include "server/training/trainer.h"
+#include "server/training/learn/trainer.h"
 
 namespace gatefield::training {
 

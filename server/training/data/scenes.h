@@ -1,0 +1,25 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstddef>
+
+#include "common/base/random.h"
+#include "common/geometry/camera.h"
+#include "common/scene/world.h"
+
+namespace gatefield::training {
+
+/// A world and where the camera stands in it. W: the target gate's centre is the origin, its axis is +x before its own
+/// tilt.
+struct Scenario {
+  scene::World world;     ///< gates: first those that count (target first), then the ones of the wrong size
+  std::size_t gates = 0;  ///< how many count
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+};
+
+/// Draws gates, stands, rooms, clutter and a camera pose all over the approach volume at racing attitudes; about a
+/// fifth of the scenarios is meant to show no gate. Thread-safe: yes (each thread with its own `random`).   Real-time
+/// safe: no.
+Scenario draw_scenario(const CameraModel& camera, Random* random);
+
+}  // namespace gatefield::training
