@@ -87,7 +87,7 @@ Eigen::Vector3d gate_free_point(std::span<const float> noisy_m, std::span<const 
 
 void resize(const BatchOptions& options, Batch* batch) {
   const auto images = static_cast<std::size_t>(options.images);
-  const auto crops = images * static_cast<std::size_t>(options.plain ? 1 : options.crops_per_image);
+  const auto crops = images * static_cast<std::size_t>(options.design.plain() ? 1 : options.crops_per_image);
   const model::LookShape look = model::look_shape(kImageWidth_px, kImageHeight_px);
   const auto points = static_cast<std::size_t>(options.points);
   batch->images = options.images;
@@ -97,9 +97,10 @@ void resize(const BatchOptions& options, Batch* batch) {
   batch->clean_m.resize(images * kImageSize_px);
   batch->gates.resize(images);
   batch->gate_count.resize(images);
-  const auto depth_size = static_cast<std::size_t>(options.plain ? kPlainDepthWidth * kPlainDepthHeight
-                                                                 : kDepthTargetSize * kDepthTargetSize);
-  if (options.plain) {
+  batch->has_clean.resize(images);
+  const auto depth_size = static_cast<std::size_t>(options.design.plain() ? kPlainDepthWidth * kPlainDepthHeight
+                                                                          : kDepthTargetSize * kDepthTargetSize);
+  if (options.design.plain()) {
     batch->image.resize(images * 2 * kImageSize_px);
   } else {
     batch->look_input.resize(images * look.input_size());
@@ -107,7 +108,7 @@ void resize(const BatchOptions& options, Batch* batch) {
     batch->frame_mask.resize(images * static_cast<std::size_t>(look.anchor_width() * look.anchor_height()));
     batch->look_target.resize(images * 4);
     batch->crop_predicted.resize(crops);
-    batch->crop_input.resize(crops * model::CropShape{}.input_size());
+    batch->crop_input.resize(crops * options.design.crop().input_size());
     batch->crop_context.resize(crops * model::kCropContext);
     batch->crop_center.resize(crops * 3);
   }
@@ -122,19 +123,34 @@ void resize(const BatchOptions& options, Batch* batch) {
   batch->clean_weight.resize(crops * depth_size);
 }
 
+/// With one source nothing is drawn, so that such runs don't depend on there being others.
+const Dataset& pick(std::span<const Source> sources, Random* random) {
+  if (sources.size() == 1) return *sources.front().dataset;
+  double sum = 0.0;
+  for (const Source& source : sources) sum += source.part;
+  double left = random->uniform() * sum;
+  for (const Source& source : sources) {
+    left -= source.part;
+    if (left < 0.0) return *source.dataset;
+  }
+  return *sources.back().dataset;
+}
+
 /// Draws image `i` of the batch: which sample, its noise, its mirror image.
-void draw_image(const Dataset& dataset, const BatchOptions& options, int i, Random* random, Batch* batch) {
+void draw_image(std::span<const Source> sources, const BatchOptions& options, int i, Random* random, Batch* batch) {
   const auto at = static_cast<std::size_t>(i);
   // Every pass over the set visits each sample about once: index by a random draw costs nothing that matters and needs
   // no shuffled list that a resumed run would have to rebuild.
   const std::uint64_t wide = (std::uint64_t{random->bits()} << 32) | random->bits();
+  const Dataset& dataset = pick(sources, random);
   const SampleView sample = dataset.at(wide % dataset.size());
   const std::span noisy(batch->noisy_m.data() + at * kImageSize_px, kImageSize_px);
   const std::span clean(batch->clean_m.data() + at * kImageSize_px, kImageSize_px);
-  scene::SensorNoise noise;
+  scene::SensorNoise noise = options.noise;
   noise.scale = random->uniform(options.noise_scale_min, options.noise_scale_max);
   draw_noisy(sample, noise, random, noisy);
   draw_clean(sample, clean);
+  batch->has_clean[at] = sample.clean_mm.empty() ? 0 : 1;
   const bool mirror = random->chance(0.5);
   if (mirror) {
     mirror_rows(noisy);
@@ -146,7 +162,7 @@ void draw_image(const Dataset& dataset, const BatchOptions& options, int i, Rand
     const auto k = static_cast<std::size_t>(g);
     gates[k] = mirror ? mirrored(sample.gates[k]) : sample.gates[k];
   }
-  if (options.plain) return;
+  if (options.design.plain()) return;
 
   const model::LookShape look = model::look_shape(kImageWidth_px, kImageHeight_px);
   const auto blocks = static_cast<std::size_t>(look.anchor_width() * look.anchor_height());
@@ -222,7 +238,7 @@ void make_plain(const BatchOptions& options, int i, Random* random, Batch* batch
       const auto to = (at * kPlainDepthHeight + static_cast<std::size_t>(row)) * kPlainDepthWidth +
                       static_cast<std::size_t>(column);
       batch->clean_depth[to] = z > 0.0f ? 1.0f / z : 0.0f;
-      batch->clean_weight[to] = 1.0f;
+      batch->clean_weight[to] = batch->has_clean[at] != 0 ? 1.0f : 0.0f;
     }
   }
 }
@@ -233,7 +249,7 @@ void cut_crop(const BatchOptions& options, int index, Eigen::Vector3d center_C, 
   const auto at = static_cast<std::size_t>(index);
   const auto image = static_cast<std::size_t>(index / options.crops_per_image);
   const CameraModel& camera = dataset_camera();
-  const model::CropShape crop;
+  const model::CropShape crop = options.design.crop();
   center_C.z() = std::max(center_C.z(), model::kCropMinDepth_m);
   const std::span<const float> noisy(batch->noisy_m.data() + image * kImageSize_px, kImageSize_px);
   const std::span<const float> clean(batch->clean_m.data() + image * kImageSize_px, kImageSize_px);
@@ -241,7 +257,7 @@ void cut_crop(const BatchOptions& options, int index, Eigen::Vector3d center_C, 
                     {batch->crop_input.data() + at * crop.input_size(), crop.input_size()},
                     {batch->crop_context.data() + at * model::kCropContext, model::kCropContext});
   constexpr std::size_t depth_size = kDepthTargetSize * kDepthTargetSize;
-  model::crop_depth(clean, camera, crop, center_C, kDepthTargetStride,
+  model::crop_depth(clean, camera, crop, center_C, crop.size / kDepthTargetSize,
                     {batch->clean_depth.data() + at * depth_size, depth_size},
                     {batch->clean_weight.data() + at * depth_size, depth_size});
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -269,13 +285,13 @@ void cut_crop(const BatchOptions& options, int index, Eigen::Vector3d center_C, 
   set_points(options, nearest, at, &random, batch);
 }
 
-void make_batch(const Dataset& dataset, const BatchOptions& options, std::uint64_t step, Batch* batch) {
+void make_batch(std::span<const Source> sources, const BatchOptions& options, std::uint64_t step, Batch* batch) {
   resize(options, batch);
   batch->step = step;
   for (int i = 0; i < options.images; ++i) {
     Random random(options.seed, kImageStream + step * 4096 + static_cast<std::uint64_t>(i));
-    draw_image(dataset, options, i, &random, batch);
-    if (options.plain) {
+    draw_image(sources, options, i, &random, batch);
+    if (options.design.plain()) {
       make_plain(options, i, &random, batch);
     } else {
       for (int k = 0; k < options.crops_per_image; ++k) plan_crop(options, i * options.crops_per_image + k, batch);
@@ -283,9 +299,9 @@ void make_batch(const Dataset& dataset, const BatchOptions& options, std::uint64
   }
 }
 
-BatchQueue::BatchQueue(const Dataset& dataset, const BatchOptions& options, std::uint64_t first_step, int threads,
+BatchQueue::BatchQueue(std::vector<Source> sources, const BatchOptions& options, std::uint64_t first_step, int threads,
                        int ahead)
-    : dataset_(dataset),
+    : sources_(std::move(sources)),
       options_(options),
       ahead_(static_cast<std::uint64_t>(ahead)),
       next_to_make_(first_step),
@@ -316,7 +332,7 @@ void BatchQueue::work() {
       spare_.pop_back();
     }
     lock.unlock();
-    make_batch(dataset_, options_, step, batch.get());
+    make_batch(sources_, options_, step, batch.get());
     lock.lock();
     ready_[step] = std::move(batch);
     changed_.notify_all();

@@ -14,12 +14,12 @@
 #include "common/scene/sensor_noise.h"
 #include "server/training/data/dataset.h"
 #include "server/training/data/sampling.h"
+#include "server/training/learn/designs.h"
 
 /// Batches for the trainer: noise, mirror images, input tensors, crops, query points. No libtorch here.
 namespace gatefield::training {
 
 inline constexpr int kDepthTargetSize = 24;  ///< depth decoder's target of a crop
-inline constexpr int kDepthTargetStride = 2;
 inline constexpr int kPlainDepthWidth = 20;  ///< depth decoder's target of a whole image (plain encoder)
 inline constexpr int kPlainDepthHeight = 12;
 
@@ -27,10 +27,11 @@ struct BatchOptions {
   int images = 32;
   int crops_per_image = 2;
   int points = 96;
-  bool plain = false;               ///< whole-image inputs instead of two looks
-  double predicted_part = 0.32;     ///< of the crops: around what the first look says
-  double free_part = 0.20;          ///< around a point where no gate is
-  double prior_sigma_min_m = 0.02;  ///< the rest: around a gate's centre + noise, sigma per axis log-uniform
+  Design design = designs().front();  ///< says which inputs are made
+  scene::SensorNoise noise;           ///< of simulated images; its scale is drawn below
+  double predicted_part = 0.32;       ///< of the crops: around what the first look says
+  double free_part = 0.20;            ///< around a point where no gate is
+  double prior_sigma_min_m = 0.02;    ///< the rest: around a gate's centre + noise, sigma per axis log-uniform
   double prior_sigma_max_m = 0.45;
   double noise_scale_min = 0.5;  ///< sensor noise, uniform per image
   double noise_scale_max = 1.25;
@@ -78,11 +79,19 @@ struct Batch {
   std::vector<float> noisy_m, clean_m;  ///< [B][H][W]
   std::vector<std::array<GateLabel, kMaxGates>> gates;
   std::vector<int> gate_count;
+  std::vector<std::uint8_t> has_clean;  ///< [B] 0: nobody knows the true depth (recordings)
 };
 
-/// Makes batch `step`: a function of (dataset, options, step) alone, whichever thread computes it.
+/// A data set and the part of the images that is drawn from it (relative to the sum over all sources).
+struct Source {
+  const Dataset* dataset = nullptr;
+  double part = 1.0;
+};
+
+/// Makes batch `step`: a function of (sources, options, step) alone, whichever thread computes it.
+/// @pre at least one source, none empty
 /// Thread-safe: yes.
-void make_batch(const Dataset& dataset, const BatchOptions& options, std::uint64_t step, Batch* batch);
+void make_batch(std::span<const Source> sources, const BatchOptions& options, std::uint64_t step, Batch* batch);
 
 /// Fills crop `index` (of image index / crops_per_image) around center_C, with its targets and query points.
 /// A centre behind or right at the camera is moved to the least depth that can be cropped.
@@ -92,7 +101,8 @@ void cut_crop(const BatchOptions& options, int index, Eigen::Vector3d center_C, 
 /// Thread-safe: next() from one thread.
 class BatchQueue {
  public:
-  BatchQueue(const Dataset& dataset, const BatchOptions& options, std::uint64_t first_step, int threads, int ahead = 6);
+  BatchQueue(std::vector<Source> sources, const BatchOptions& options, std::uint64_t first_step, int threads,
+             int ahead = 6);
   ~BatchQueue();
   BatchQueue(const BatchQueue&) = delete;
   BatchQueue& operator=(const BatchQueue&) = delete;
@@ -104,7 +114,7 @@ class BatchQueue {
  private:
   void work();
 
-  const Dataset& dataset_;
+  const std::vector<Source> sources_;
   const BatchOptions options_;
   const std::uint64_t ahead_;
   std::mutex mutex_;

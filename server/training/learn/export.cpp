@@ -263,15 +263,16 @@ Status write_first_look(const Weights& weights, const std::filesystem::path& fil
   return g.write(file);
 }
 
-Status write_second_look(const Weights& weights, const std::filesystem::path& file) {
+Status write_second_look(const Weights& weights, const Design& design, const std::filesystem::path& file) {
   GraphWriter g("second_look", weights, "second.");
-  const model::CropShape crop;
-  auto x = g.input("crop", {1, model::kCropChannels, crop.size, crop.size});
+  const std::int64_t size = design.crop_size;
+  auto x = g.input("crop", {1, model::kCropChannels, size, size});
   const auto context = g.input("context", {1, model::kCropContext});
-  for (const char* layer : {"conv1", "conv2", "conv3"}) x = g.relu(g.conv(x, layer, 2));
+  x = g.relu(g.conv(x, "conv1", design.crop_size / kCropFeatureSize));
+  for (const char* layer : {"conv2", "conv3"}) x = g.relu(g.conv(x, layer, 2));
   for (const char* layer : {"conv4", "squeeze"}) x = g.relu(g.conv(x, layer, 1));
   const auto channels = g.weight("squeeze.weight").shape[0];
-  x = g.reshape(x, {1, channels * (crop.size / 8) * (crop.size / 8)}, "flat");
+  x = g.reshape(x, {1, channels * (kCropFeatureSize / 4) * (kCropFeatureSize / 4)}, "flat");
   x = g.relu(g.gemm(g.concat({x, context}, 1, "flat_context"), "dense"));
   g.output(g.gemm(x, "output"), "code", {1, g.weight("output.bias").shape[0]});
   return g.write(file);
@@ -329,15 +330,16 @@ Status write_concatenated_decoder(const Weights& weights, const std::filesystem:
   return g.write(file);
 }
 
-model::Manifest make_manifest(bool plain, const std::string& name, int z_n) {
+model::Manifest make_manifest(const Design& design, const std::string& name) {
   const CameraModel& camera = dataset_camera();
   model::Manifest manifest;
   manifest.name = name;
-  manifest.encoder_kind = plain ? "plain" : "two_look";
-  manifest.decoder_kind = plain ? model::DecoderKind::kConcatenated : model::DecoderKind::kHyper;
-  manifest.latent_size = plain ? z_n : 3 + z_n;
-  manifest.encoding_octaves = plain ? kPlainOctaves : 0;
-  manifest.position_scale_m = plain ? kPlainScale_m : kHyperScale_m;
+  const bool concatenated = design.decoder == model::DecoderKind::kConcatenated;
+  manifest.encoder_kind = design.plain() ? "plain" : "two_look";
+  manifest.decoder_kind = design.decoder;
+  manifest.latent_size = design.latent_size();
+  manifest.encoding_octaves = concatenated ? kPlainOctaves : 0;
+  manifest.position_scale_m = concatenated ? kPlainScale_m : kHyperScale_m;
   manifest.image_width_px = camera.width_px;
   manifest.image_height_px = camera.height_px;
   manifest.horizontal_fov_rad = 2.0 * std::atan(0.5 * camera.width_px / camera.fx_px);
@@ -346,31 +348,35 @@ model::Manifest make_manifest(bool plain, const std::string& name, int z_n) {
   manifest.max_depth_m = camera.max_depth_m;
   manifest.cone_angle_rad = kGuideConeAngle_rad;
   manifest.gate_inner_half_m = GateShape{}.inner_half_m;
-  manifest.crop_half_width_m = model::CropShape{}.half_width_m;
-  manifest.crop_size_px = model::CropShape{}.size;
+  manifest.crop_half_width_m = design.crop().half_width_m;
+  manifest.crop_size_px = design.crop_size;
   manifest.validity_threshold = 0.5;
   return manifest;
 }
 
 }  // namespace
 
-Status export_bundle(const Weights& weights, bool plain, const std::string& name, const std::filesystem::path& folder) {
+Status export_bundle(const Weights& weights, const Design& design, const std::string& name,
+                     const std::filesystem::path& folder) {
   try {
     const std::filesystem::path part = folder.string() + ".part";
     std::filesystem::remove_all(part);
     std::filesystem::create_directories(part);
-    const auto output = weights.find(plain ? "encoder.output.bias" : "second.output.bias");
-    if (output == weights.end()) return Error{"bundle " + folder.string() + ": the weights belong to other networks"};
-    const int z_n = static_cast<int>(output->second.shape[0]) - (plain ? 2 : 5);
-    if (plain) {
+    const auto output = weights.find(design.plain() ? "encoder.output.bias" : "second.output.bias");
+    if (output == weights.end() || output->second.shape != Shape{design.latent_size() + 2})
+      return Error{"bundle " + folder.string() + ": the weights belong to other networks than the design '" +
+                   std::string(design.name) + "'"};
+    if (design.plain()) {
       if (const Status status = write_plain_encoder(weights, part / "encoder.onnx"); !status) return status;
-      if (const Status status = write_concatenated_decoder(weights, part / "decoder.onnx"); !status) return status;
     } else {
       if (const Status status = write_first_look(weights, part / "look1.onnx"); !status) return status;
-      if (const Status status = write_second_look(weights, part / "look2.onnx"); !status) return status;
-      if (const Status status = write_hyper_decoder(weights, part / "decoder.onnx"); !status) return status;
+      if (const Status status = write_second_look(weights, design, part / "look2.onnx"); !status) return status;
     }
-    if (const Status status = model::write_manifest(make_manifest(plain, name, z_n), part / "manifest.txt"); !status)
+    const Status decoder = design.decoder == model::DecoderKind::kHyper
+                               ? write_hyper_decoder(weights, part / "decoder.onnx")
+                               : write_concatenated_decoder(weights, part / "decoder.onnx");
+    if (!decoder) return decoder;
+    if (const Status status = model::write_manifest(make_manifest(design, name), part / "manifest.txt"); !status)
       return status;
     if (std::filesystem::exists(folder)) {
       if (renameat2(AT_FDCWD, part.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) != 0) {

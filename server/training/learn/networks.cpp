@@ -54,8 +54,8 @@ Autocast::~Autocast() {
 
 FirstLookImpl::FirstLookImpl() {
   conv1 = register_module("conv1", conv(model::kLookChannels, kLookFeatures, 3, 2));
-  conv2 = register_module("conv2", conv(kLookFeatures, 48, 3, 2));
-  conv3 = register_module("conv3", conv(48, 64, 3, 1));
+  conv2 = register_module("conv2", conv(kLookFeatures, 32, 3, 2));
+  conv3 = register_module("conv3", conv(32, 64, 3, 1));
   deep1 = register_module("deep1", conv(64, 64, 3, 2));
   deep2 = register_module("deep2", conv(64, 64, 3, 1));
   deep3 = register_module("deep3", conv(64, 64, 3, 1));
@@ -98,14 +98,16 @@ FirstLookImpl::Output FirstLookImpl::forward(const torch::Tensor& input, const t
   return out;
 }
 
-SecondLookImpl::SecondLookImpl() {
-  conv1 = register_module("conv1", conv(model::kCropChannels, 24, 5, 2));
+SecondLookImpl::SecondLookImpl(const Design& design) {
+  // 24 x 24 features of the crop, however finely it is sampled.
+  const int stride = design.crop_size / kCropFeatureSize;
+  conv1 = register_module("conv1", conv(model::kCropChannels, 24, stride > 2 ? 7 : 5, stride));
   conv2 = register_module("conv2", conv(24, 48, 3, 2));
   conv3 = register_module("conv3", conv(48, 96, 3, 2));
   conv4 = register_module("conv4", conv(96, 96, 3, 1));
   squeeze = register_module("squeeze", conv(96, 32, 1, 1));
   dense = register_module("dense", linear(32 * 6 * 6 + model::kCropContext, 192));
-  output = register_module("output", calm(linear(192, kCropOutputs), 0.3));
+  output = register_module("output", calm(linear(192, code_size(design)), 0.3));
 }
 
 torch::Tensor SecondLookImpl::forward(const torch::Tensor& crop, const torch::Tensor& context, bool bf16) {
@@ -120,7 +122,7 @@ torch::Tensor SecondLookImpl::forward(const torch::Tensor& crop, const torch::Te
   return output(x).to(torch::kFloat);
 }
 
-PlainEncoderImpl::PlainEncoderImpl(int width_px, int height_px) {
+PlainEncoderImpl::PlainEncoderImpl(const Design& design, int width_px, int height_px) {
   conv1 = register_module("conv1", conv(2, 16, 5, 2));
   conv2 = register_module("conv2", conv(16, 32, 3, 2));
   conv3 = register_module("conv3", conv(32, 64, 3, 2));
@@ -131,7 +133,7 @@ PlainEncoderImpl::PlainEncoderImpl(int width_px, int height_px) {
     return size;
   };
   dense = register_module("dense", linear(96 * reduced(width_px) * reduced(height_px), 192));
-  output = register_module("output", calm(linear(192, kPlainOutputs), 0.3));
+  output = register_module("output", calm(linear(192, code_size(design)), 0.3));
 }
 
 torch::Tensor PlainEncoderImpl::forward(const torch::Tensor& image, bool bf16) {
@@ -145,12 +147,12 @@ torch::Tensor PlainEncoderImpl::forward(const torch::Tensor& image, bool bf16) {
   return output(x).to(torch::kFloat);
 }
 
-HyperDecoderImpl::HyperDecoderImpl(double scale_m) : scale_m_(scale_m) {
-  nn::Linear made(kLatentZ, 4 * kHyperHidden);
+HyperDecoderImpl::HyperDecoderImpl(int latent_z, double scale_m) : scale_m_(scale_m) {
+  nn::Linear made(latent_z, 4 * kHyperHidden);
   {
     // Planes at random attitudes near the centre to begin with; z then turns and moves them.
     torch::NoGradGuard guard;
-    made->weight.normal_(0.0, 0.5 / std::sqrt(static_cast<double>(kLatentZ)));
+    made->weight.normal_(0.0, 0.5 / std::sqrt(static_cast<double>(latent_z)));
     made->bias.normal_(0.0, 0.7);
   }
   generator = register_module("generator", made);
@@ -167,8 +169,9 @@ torch::Tensor HyperDecoderImpl::forward(const torch::Tensor& z, const torch::Ten
   return layer1(x).squeeze(2);
 }
 
-ConcatenatedDecoderImpl::ConcatenatedDecoderImpl(int octaves, double scale_m) : octaves_(octaves), scale_m_(scale_m) {
-  layer0 = register_module("layer0", linear(kLatentZ + 3 + 6 * octaves, kConcatenatedHidden));
+ConcatenatedDecoderImpl::ConcatenatedDecoderImpl(int latent_z, int octaves, double scale_m)
+    : octaves_(octaves), scale_m_(scale_m) {
+  layer0 = register_module("layer0", linear(latent_z + 3 + 6 * octaves, kConcatenatedHidden));
   layer1 = register_module("layer1", linear(kConcatenatedHidden, kConcatenatedHidden));
   layer2 = register_module("layer2", linear(kConcatenatedHidden, kConcatenatedHidden));
   layer3 = register_module("layer3", calm(linear(kConcatenatedHidden, 1), 0.5));
@@ -187,8 +190,8 @@ torch::Tensor ConcatenatedDecoderImpl::forward(const torch::Tensor& z, const tor
   return layer3(x).squeeze(2);
 }
 
-DepthDecoderImpl::DepthDecoderImpl(int height, int width) : height_(height), width_(width) {
-  dense = register_module("dense", linear(kLatentZ, 16 * (height / 2) * (width / 2)));
+DepthDecoderImpl::DepthDecoderImpl(int latent_z, int height, int width) : height_(height), width_(width) {
+  dense = register_module("dense", linear(latent_z, 16 * (height / 2) * (width / 2)));
   conv1 = register_module("conv1", conv(16, 8, 3, 1));
   conv2 = register_module("conv2", calm(conv(8, 1, 1, 1), 0.3));
 }

@@ -5,20 +5,20 @@
 
 #include <vector>
 
-#include "common/model/two_look.h"
+#include "server/training/learn/designs.h"
 
 /// The networks (docs/training.md). Layer sizes stand here once; export.cpp writes the same graphs from the parameters'
 /// names. Only this file, networks.cpp and trainer.cpp include libtorch. Thread-safe: no.
 namespace gatefield::training {
 
-inline constexpr int kLatentZ = 128;
 inline constexpr int kHyperHidden = 64;
 inline constexpr int kConcatenatedHidden = 128;
 inline constexpr int kLookHeads = 4;  ///< attention maps
-inline constexpr int kLookFeatures = 24;
+inline constexpr int kLookFeatures = 18;
 inline constexpr int kLookOutputs = 1 + 3 + kLookHeads;  ///< segmentation logit, vote offset, attention logits
-inline constexpr int kCropOutputs = 3 + kLatentZ + 2;    ///< correction, z, validity logit, log predicted error
-inline constexpr int kPlainOutputs = kLatentZ + 2;       ///< z, validity logit, log predicted error
+/// What every encoder's last layer gives: the centre (or a correction of it) where the design has one, z, validity
+/// logit, log predicted error.
+inline int code_size(const Design& design) { return design.latent_size() + 2; }
 
 /// Runs CPU operators in bfloat16 where that is faster, as long as the object lives.
 class Autocast {
@@ -49,9 +49,9 @@ struct FirstLookImpl : torch::nn::Module {
 };
 TORCH_MODULE(FirstLook);
 
-/// Second look: a crop around a given centre -> [B, kCropOutputs].
+/// Second look: a crop around a given centre -> [B, code_size].
 struct SecondLookImpl : torch::nn::Module {
-  SecondLookImpl();
+  explicit SecondLookImpl(const Design& design);
   torch::Tensor forward(const torch::Tensor& crop, const torch::Tensor& context, bool bf16);
 
   torch::nn::Conv2d conv1{nullptr}, conv2{nullptr}, conv3{nullptr}, conv4{nullptr}, squeeze{nullptr};
@@ -59,9 +59,9 @@ struct SecondLookImpl : torch::nn::Module {
 };
 TORCH_MODULE(SecondLook);
 
-/// One look at the whole image (two channels: inverse depth, validity) -> [B, kPlainOutputs].
+/// One look at the whole image (two channels: inverse depth, validity) -> [B, code_size].
 struct PlainEncoderImpl : torch::nn::Module {
-  PlainEncoderImpl(int width_px, int height_px);
+  PlainEncoderImpl(const Design& design, int width_px, int height_px);
   torch::Tensor forward(const torch::Tensor& image, bool bf16);
 
   torch::nn::Conv2d conv1{nullptr}, conv2{nullptr}, conv3{nullptr}, conv4{nullptr}, conv5{nullptr};
@@ -71,8 +71,8 @@ TORCH_MODULE(PlainEncoder);
 
 /// g_phi with a first layer made by z (model::DecoderKind::kHyper).
 struct HyperDecoderImpl : torch::nn::Module {
-  explicit HyperDecoderImpl(double scale_m);
-  /// @param z [B, 128], @param offsets [B, N, 3] p - centre, m; @return [B, N] metres
+  HyperDecoderImpl(int latent_z, double scale_m);
+  /// @param z [B, latent_z], @param offsets [B, N, 3] p - centre, m; @return [B, N] metres
   torch::Tensor forward(const torch::Tensor& z, const torch::Tensor& offsets);
 
   torch::nn::Linear generator{nullptr}, layer0{nullptr}, layer1{nullptr};
@@ -82,7 +82,7 @@ TORCH_MODULE(HyperDecoder);
 
 /// g_phi as published (model::DecoderKind::kConcatenated).
 struct ConcatenatedDecoderImpl : torch::nn::Module {
-  ConcatenatedDecoderImpl(int octaves, double scale_m);
+  ConcatenatedDecoderImpl(int latent_z, int octaves, double scale_m);
   torch::Tensor forward(const torch::Tensor& z, const torch::Tensor& points);
 
   torch::nn::Linear layer0{nullptr}, layer1{nullptr}, layer2{nullptr}, layer3{nullptr};
@@ -93,7 +93,7 @@ TORCH_MODULE(ConcatenatedDecoder);
 
 /// D_psi: z -> a coarse clean depth image, training only. Doubles (height, width) once by a nearest-neighbour resize.
 struct DepthDecoderImpl : torch::nn::Module {
-  DepthDecoderImpl(int height, int width);
+  DepthDecoderImpl(int latent_z, int height, int width);
   /// @return [B, height, width]
   torch::Tensor forward(const torch::Tensor& z, bool bf16);
 

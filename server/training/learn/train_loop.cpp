@@ -1,5 +1,6 @@
 #include "server/training/learn/train_loop.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cinttypes>
 #include <cstdio>
@@ -67,16 +68,34 @@ Result<double> cut_log(const std::filesystem::path& file, std::uint64_t step) {
 
 }  // namespace
 
+int images_per_step(const TrainRun& run) noexcept {
+  return run.design.plain() ? std::max(1, run.batch * run.crops_per_image / 2) : run.batch;
+}
+
 Result<bool> train(const TrainRun& run) {
   using Clock = std::chrono::steady_clock;
-  auto dataset = Dataset::open(run.dataset_file);
-  if (!dataset) return Error{dataset.error()};
-  if (dataset->size() == 0)
-    return Error{"data set " + run.dataset_file.string() + " has no samples; run gatefield-train generate first"};
+  if (run.data.empty()) return Error{"no data set is given"};
+  std::vector<Dataset> datasets;
+  datasets.reserve(run.data.size());
+  std::vector<Source> sources;
+  std::string said;
+  for (const TrainRun::Data& data : run.data) {
+    auto dataset = Dataset::open(data.file);
+    if (!dataset) return Error{dataset.error()};
+    if (dataset->size() == 0) return Error{"data set " + data.file.string() + " has no samples"};
+    if (!(data.part > 0.0))
+      return Error{"part of data set " + data.file.string() + " is " + std::to_string(data.part) +
+                   ", expected more than 0"};
+    datasets.push_back(std::move(dataset).value());
+    sources.push_back({&datasets.back(), data.part});
+    said += data.file.string() + ": " + std::to_string(datasets.back().size()) + " images; ";
+  }
 
+  const int images = images_per_step(run);
   TrainerOptions options;
-  options.plain = run.plain;
-  options.total_steps = run.images / static_cast<std::uint64_t>(run.batch);
+  options.design = run.design;
+  options.freeze_decoders = run.freeze_decoders;
+  options.total_steps = run.images / static_cast<std::uint64_t>(images);
   options.learning_rate = run.learning_rate;
   options.threads = run.torch_threads;
   options.allow_bf16 = run.allow_bf16;
@@ -92,27 +111,36 @@ Result<bool> train(const TrainRun& run) {
   const std::filesystem::path log_file = run.folder / "log.csv";
   if (std::filesystem::exists(checkpoint)) {
     if (const Status loaded = trainer.load(checkpoint); !loaded) return Error{loaded.error()};
+  } else if (!run.start_from.empty()) {
+    const auto left = trainer.start_from(run.start_from);
+    if (!left) return Error{left.error()};
+    if (!left->empty()) {
+      std::string names;
+      for (const std::string& name : *left) names += (names.empty() ? "" : ", ") + name;
+      std::printf("starts from %s, but for %s\n", run.start_from.c_str(), names.c_str());
+    }
   }
   const auto cut = cut_log(log_file, trainer.steps());
   if (!cut) return Error{cut.error()};
   const double earlier_s = *cut;
 
   ProgressLine progress("train");
-  progress.say("data set " + run.dataset_file.string() + ": " + std::to_string(dataset->size()) + " images; step " +
-               std::to_string(trainer.steps()) + " of " + std::to_string(options.total_steps) + "; " +
+  progress.say(said + "step " + std::to_string(trainer.steps()) + " of " + std::to_string(options.total_steps) + "; " +
                (trainer.bf16() ? "bfloat16" : "single precision"));
 
   BatchOptions batch_options;
-  batch_options.images = run.batch;
+  batch_options.images = images;
   batch_options.crops_per_image = run.crops_per_image;
-  batch_options.plain = run.plain;
+  batch_options.points = run.points;
+  batch_options.design = run.design;
+  batch_options.noise = run.noise;
   batch_options.seed = run.seed;
-  BatchQueue queue(*dataset, batch_options, trainer.steps(), run.data_threads);
+  BatchQueue queue(sources, batch_options, trainer.steps(), run.data_threads);
 
   const auto save = [&]() -> Status {
     if (const Status saved = trainer.save(checkpoint); !saved) return saved;
     if (run.bundle_folder.empty()) return {};
-    return export_bundle(trainer.weights(), run.plain, run.name, run.bundle_folder);
+    return export_bundle(trainer.weights(), run.design, run.name, run.bundle_folder);
   };
 
   const auto begun = Clock::now();
@@ -134,16 +162,16 @@ Result<bool> train(const TrainRun& run) {
     const std::uint64_t step = trainer.steps();
     const auto now = Clock::now();
     if (step % kLogEverySteps == 0 || step == options.total_steps) {
-      images_per_s = static_cast<double>((step - rate_step) * static_cast<std::uint64_t>(run.batch)) /
+      images_per_s = static_cast<double>((step - rate_step) * static_cast<std::uint64_t>(images)) /
                      std::chrono::duration<double>(now - rate_from).count();
       rate_from = now;
       rate_step = step;
       const double n = mean.count;
-      const std::uint64_t images = step * static_cast<std::uint64_t>(run.batch);
+      const std::uint64_t passes = step * static_cast<std::uint64_t>(images);
       char line[320];
       std::snprintf(line, sizeof line,
                     "%" PRIu64 ",%" PRIu64 ",%.1f,%.0f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f\n", step,
-                    images, earlier_s + std::chrono::duration<double>(now - begun).count(), images_per_s,
+                    passes, earlier_s + std::chrono::duration<double>(now - begun).count(), images_per_s,
                     mean.sum.total / n, mean.sum.field_m / n, mean.sum.box_m / n, mean.sum.constant_m / n,
                     mean.sum.center_m / n, mean.sum.first_center_m / n, mean.sum.segmentation / n, mean.sum.normal / n,
                     mean.sum.depth / n, mean.sum.validity / n, mean.sum.predicted_error / n);
@@ -158,8 +186,8 @@ Result<bool> train(const TrainRun& run) {
                     mean.sum.field_m / n, mean.sum.constant_m / n, mean.sum.box_m / n, mean.sum.center_m / n,
                     mean.sum.first_center_m / n);
       progress.show(part, per_step_s * static_cast<double>(options.total_steps - step), text);
-      if (!warned && images > kPlateauImages && mean.sum.field_m > 0.9 * mean.sum.constant_m) {
-        progress.say("warning: after " + std::to_string(images) +
+      if (!warned && passes > kPlateauImages && mean.sum.field_m > 0.9 * mean.sum.constant_m) {
+        progress.say("warning: after " + std::to_string(passes) +
                      " images the field's error is still at the level of a constant; data set, labels or learning rate "
                      "are suspect");
         warned = true;

@@ -18,18 +18,22 @@ namespace {
 
 /// Everything that is trained, as one module, so that one name space serves optimiser, checkpoint and export.
 struct ModelImpl : torch::nn::Module {
-  explicit ModelImpl(bool plain) {
-    if (plain) {
-      encoder = register_module("encoder", PlainEncoder(kImageWidth_px, kImageHeight_px));
-      concatenated = register_module("decoder", ConcatenatedDecoder(kPlainOctaves, kPlainScale_m));
-      depth = register_module("depth", DepthDecoder(kPlainDepthHeight, kPlainDepthWidth));
+  explicit ModelImpl(const Design& design) {
+    const int z = design.latent_z;
+    if (design.plain()) {
+      encoder = register_module("encoder", PlainEncoder(design, kImageWidth_px, kImageHeight_px));
+      depth = register_module("depth", DepthDecoder(z, kPlainDepthHeight, kPlainDepthWidth));
     } else {
       first = register_module("first", FirstLook());
-      second = register_module("second", SecondLook());
-      hyper = register_module("decoder", HyperDecoder(kHyperScale_m));
-      depth = register_module("depth", DepthDecoder(kDepthTargetSize, kDepthTargetSize));
+      second = register_module("second", SecondLook(design));
+      depth = register_module("depth", DepthDecoder(z, kDepthTargetSize, kDepthTargetSize));
     }
-    normal = register_module("normal", torch::nn::Linear(kLatentZ, 6));
+    if (design.decoder == model::DecoderKind::kHyper) {
+      hyper = register_module("decoder", HyperDecoder(z, kHyperScale_m));
+    } else {
+      concatenated = register_module("decoder", ConcatenatedDecoder(z, kPlainOctaves, kPlainScale_m));
+    }
+    normal = register_module("normal", torch::nn::Linear(z, 6));
   }
 
   FirstLook first{nullptr};
@@ -113,14 +117,24 @@ std::string first_line(const std::exception& error) {
 
 struct Trainer::State {
   explicit State(const TrainerOptions& chosen)
-      : options(chosen), bf16(chosen.allow_bf16 && cpu_has_bf16()), live(chosen.plain), averaged(chosen.plain) {
+      : options(chosen), bf16(chosen.allow_bf16 && cpu_has_bf16()), live(chosen.design), averaged(chosen.design) {
     lay_out(live.get());
     torch::NoGradGuard guard;
     const auto from = live->named_parameters();
     for (auto& item : averaged->named_parameters()) item.value().copy_(from[item.key()]);
     averaged->eval();
+    std::vector<torch::Tensor> learning;
+    for (auto& item : live->named_parameters()) {
+      const bool decodes = item.key().rfind("decoder.", 0) == 0 || item.key().rfind("depth.", 0) == 0 ||
+                           item.key().rfind("normal.", 0) == 0;
+      if (options.freeze_decoders && decodes) {
+        item.value().requires_grad_(false);
+      } else {
+        learning.push_back(item.value());
+      }
+    }
     optimizer = std::make_unique<torch::optim::AdamW>(
-        live->parameters(), torch::optim::AdamWOptions(options.learning_rate).weight_decay(options.weight_decay));
+        std::move(learning), torch::optim::AdamWOptions(options.learning_rate).weight_decay(options.weight_decay));
   }
 
   double learning_rate() const {
@@ -133,8 +147,8 @@ struct Trainer::State {
 
   torch::Tensor losses_two_look(const BatchOptions& batch_options, Batch* batch, StepLosses* out);
   torch::Tensor losses_plain(Batch* batch, StepLosses* out);
-  torch::Tensor losses_on_gate(Batch* batch, const torch::Tensor& z, const torch::Tensor& field_m,
-                               const torch::Tensor& validity_logit, const torch::Tensor& log_error, StepLosses* out);
+  /// @param code  the encoder's output, @param from  [C, 3] what its centre is told relative to
+  torch::Tensor losses_on_gate(Batch* batch, const torch::Tensor& code, const torch::Tensor& from, StepLosses* out);
 
   TrainerOptions options;
   bool bf16;
@@ -144,19 +158,32 @@ struct Trainer::State {
   std::uint64_t step = 0;
 };
 
-torch::Tensor Trainer::State::losses_on_gate(Batch* batch, const torch::Tensor& z, const torch::Tensor& field_m,
-                                             const torch::Tensor& validity_logit, const torch::Tensor& log_error,
+torch::Tensor Trainer::State::losses_on_gate(Batch* batch, const torch::Tensor& code, const torch::Tensor& from,
                                              StepLosses* out) {
   const std::int64_t crops = batch->crops;
   const std::int64_t points = batch->points;
+  const Design& design = options.design;
+  const std::int64_t z_at = design.has_center() ? 3 : 0;
+  const auto z = code.narrow(1, z_at, design.latent_z);
+  const auto validity_logit = code.select(1, z_at + design.latent_z);
+  const auto log_error = code.select(1, z_at + design.latent_z + 1);
   const auto weight = wrap(batch->target_weight, {crops});
+  const auto points_C = wrap(batch->points_C, {crops, points, 3});
+  torch::Tensor field_m;
+  torch::Tensor center_error;
+  if (design.has_center()) {
+    const auto center = from + code.narrow(1, 0, 3);
+    field_m = live->hyper(z, points_C - center.unsqueeze(1));
+    center_error = weighted_mean((center - wrap(batch->target_center, {crops, 3})).abs().mean(1), weight);
+    out->center_m = center_error.item<double>();
+  } else {
+    field_m = live->concatenated(z, points_C);
+  }
   const auto difference = (field_m - wrap(batch->sdf_m, {crops, points})).abs();
   const auto field = weighted_mean(difference.mean(1), weight);
 
   const auto close =
-      ((wrap(batch->points_C, {crops, points, 3}) - wrap(batch->target_center, {crops, 3}).unsqueeze(1)).norm(2, 2) <
-       1.2)
-          .to(torch::kFloat);
+      ((points_C - wrap(batch->target_center, {crops, 3}).unsqueeze(1)).norm(2, 2) < 1.2).to(torch::kFloat);
   const auto box = ((difference.detach() * close).sum(1) / close.sum(1).clamp_min(1.0)).detach();
   const auto predicted_error = weighted_mean((log_error - torch::log(box + 0.005)).abs(), weight);
 
@@ -176,7 +203,8 @@ torch::Tensor Trainer::State::losses_on_gate(Batch* batch, const torch::Tensor& 
   out->validity = validity.item<double>();
   out->depth = depth.item<double>();
   out->constant_m = constant_level(*batch);
-  return field + 0.5 * normal + 0.2 * validity + 0.2 * depth + 0.05 * predicted_error;
+  const auto total = field + 0.5 * normal + 0.2 * validity + 0.2 * depth + 0.05 * predicted_error;
+  return design.has_center() ? total + 2.0 * center_error : total;
 }
 
 torch::Tensor Trainer::State::losses_two_look(const BatchOptions& batch_options, Batch* batch, StepLosses* out) {
@@ -207,29 +235,20 @@ torch::Tensor Trainer::State::losses_two_look(const BatchOptions& batch_options,
     const auto at = static_cast<std::size_t>(3 * (crop / batch_options.crops_per_image));
     cut_crop(batch_options, crop, Eigen::Vector3d(seen[at], seen[at + 1], seen[at + 2]), batch);
   }
-  const std::int64_t size = model::CropShape{}.size;
+  const std::int64_t size = options.design.crop_size;
   const auto code = live->second(wrap_image(batch->crop_input, {crops, model::kCropChannels, size, size}),
                                  wrap(batch->crop_context, {crops, model::kCropContext}), bf16);
-  const auto z = code.narrow(1, 3, kLatentZ);
-  const auto corrected = wrap(batch->crop_center, {crops, 3}) + code.narrow(1, 0, 3);
-  const auto field_m = live->hyper(z, wrap(batch->points_C, {crops, batch->points, 3}) - corrected.unsqueeze(1));
-  const auto center_error = weighted_mean((corrected - wrap(batch->target_center, {crops, 3})).abs().mean(1),
-                                          wrap(batch->target_weight, {crops}));
-  const auto on_gate =
-      losses_on_gate(batch, z, field_m, code.select(1, 3 + kLatentZ), code.select(1, 4 + kLatentZ), out);
+  const auto on_gate = losses_on_gate(batch, code, wrap(batch->crop_center, {crops, 3}), out);
 
   out->first_center_m = first_center.item<double>();
-  out->center_m = center_error.item<double>();
   out->segmentation = segmentation.item<double>();
-  return on_gate + 2.0 * center_error + 0.5 * first_center + 0.3 * votes + 0.3 * segmentation;
+  return on_gate + 0.5 * first_center + 0.3 * votes + 0.3 * segmentation;
 }
 
 torch::Tensor Trainer::State::losses_plain(Batch* batch, StepLosses* out) {
   const std::int64_t images = batch->images;
   const auto code = live->encoder(wrap_image(batch->image, {images, 2, kImageHeight_px, kImageWidth_px}), bf16);
-  const auto z = code.narrow(1, 0, kLatentZ);
-  const auto field_m = live->concatenated(z, wrap(batch->points_C, {images, batch->points, 3}));
-  return losses_on_gate(batch, z, field_m, code.select(1, kLatentZ), code.select(1, kLatentZ + 1), out);
+  return losses_on_gate(batch, code, torch::zeros({images, 3}), out);
 }
 
 Result<std::unique_ptr<Trainer>> Trainer::create(const TrainerOptions& options) {
@@ -248,6 +267,7 @@ Trainer::~Trainer() = default;
 
 std::uint64_t Trainer::steps() const noexcept { return state_->step; }
 bool Trainer::bf16() const noexcept { return state_->bf16; }
+const Design& Trainer::design() const noexcept { return state_->options.design; }
 
 Result<StepLosses> Trainer::step(const BatchOptions& batch_options, Batch* batch) {
   try {
@@ -256,8 +276,8 @@ Result<StepLosses> Trainer::step(const BatchOptions& batch_options, Batch* batch
     for (auto& group : state_->optimizer->param_groups())
       static_cast<torch::optim::AdamWOptions&>(group.options()).lr(rate);
     state_->optimizer->zero_grad();
-    const auto total = state_->options.plain ? state_->losses_plain(batch, &losses)
-                                             : state_->losses_two_look(batch_options, batch, &losses);
+    const auto total = state_->options.design.plain() ? state_->losses_plain(batch, &losses)
+                                                      : state_->losses_two_look(batch_options, batch, &losses);
     losses.total = total.item<double>();
     if (!std::isfinite(losses.total)) {
       return Error{"the loss of step " + std::to_string(state_->step) +
@@ -295,7 +315,7 @@ Status Trainer::save(const std::filesystem::path& file) const {
     archive.write("averaged", averaged);
     archive.write("optimizer", optimizer);
     archive.write("step", torch::tensor(static_cast<std::int64_t>(state_->step)));
-    archive.write("plain", torch::tensor(static_cast<std::int64_t>(state_->options.plain)));
+    archive.write("design", c10::IValue(std::string(state_->options.design.name)));
     archive.save_to(part.string());
     std::filesystem::rename(part, file);
     return {};
@@ -304,17 +324,32 @@ Status Trainer::save(const std::filesystem::path& file) const {
   }
 }
 
-Status Trainer::load(const std::filesystem::path& file) {
+Result<Design> Trainer::design_of(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) return Error{"checkpoint " + file.string() + " does not exist"};
   try {
     torch::serialize::InputArchive archive;
     archive.load_from(file.string());
+    c10::IValue name;
+    archive.read("design", name);
+    auto design = find_design(name.toStringRef());
+    if (!design) return Error{"checkpoint " + file.string() + ": " + design.error()};
+    return design;
+  } catch (const std::exception& error) {
+    return Error{"checkpoint " + file.string() + " can't be read: " + first_line(error)};
+  }
+}
+
+Status Trainer::load(const std::filesystem::path& file) {
+  const auto design = design_of(file);
+  if (!design) return Error{design.error()};
+  if (design->name != state_->options.design.name) {
+    return Error{"checkpoint " + file.string() + " belongs to the design '" + std::string(design->name) +
+                 "', expected '" + std::string(state_->options.design.name) + "'"};
+  }
+  try {
+    torch::serialize::InputArchive archive;
+    archive.load_from(file.string());
     torch::Tensor number;
-    archive.read("plain", number);
-    if ((number.item<std::int64_t>() != 0) != state_->options.plain) {
-      return Error{"checkpoint " + file.string() + " belongs to the " + (state_->options.plain ? "two_look" : "plain") +
-                   " networks, expected " + (state_->options.plain ? "plain" : "two_look")};
-    }
     torch::serialize::InputArchive live;
     torch::serialize::InputArchive averaged;
     torch::serialize::InputArchive optimizer;
@@ -328,6 +363,35 @@ Status Trainer::load(const std::filesystem::path& file) {
     archive.read("step", number);
     state_->step = static_cast<std::uint64_t>(number.item<std::int64_t>());
     return {};
+  } catch (const std::exception& error) {
+    return Error{"checkpoint " + file.string() + " can't be read: " + first_line(error)};
+  }
+}
+
+Result<std::vector<std::string>> Trainer::start_from(const std::filesystem::path& file) {
+  const auto design = design_of(file);
+  if (!design) return Error{design.error()};
+  try {
+    torch::serialize::InputArchive archive;
+    archive.load_from(file.string());
+    torch::serialize::InputArchive averaged;
+    archive.read("averaged", averaged);
+    Model other(*design);
+    other->load(averaged);
+    torch::NoGradGuard guard;
+    const auto from = other->named_parameters();
+    const auto to_averaged = state_->averaged->named_parameters();
+    std::vector<std::string> left;
+    for (auto& item : state_->live->named_parameters()) {
+      const auto* source = from.find(item.key());
+      if (source == nullptr || source->sizes() != item.value().sizes()) {
+        left.push_back(item.key());
+        continue;
+      }
+      item.value().copy_(*source);
+      to_averaged[item.key()].copy_(*source);
+    }
+    return left;
   } catch (const std::exception& error) {
     return Error{"checkpoint " + file.string() + " can't be read: " + first_line(error)};
   }
@@ -357,7 +421,7 @@ std::array<float, 3> Trainer::first_look(std::span<const float> input, std::span
 
 std::vector<float> Trainer::second_look(std::span<const float> crop, std::span<const float> context) const {
   torch::NoGradGuard guard;
-  const std::int64_t size = model::CropShape{}.size;
+  const std::int64_t size = state_->options.design.crop_size;
   return unwrap(state_->averaged->second(wrap(crop, {1, model::kCropChannels, size, size}),
                                          wrap(context, {1, model::kCropContext}), false));
 }
@@ -370,9 +434,10 @@ std::vector<float> Trainer::plain(std::span<const float> image) const {
 std::vector<float> Trainer::decode(std::span<const float> latent, std::span<const float> points_C) const {
   torch::NoGradGuard guard;
   const auto points = wrap(points_C, {1, static_cast<std::int64_t>(points_C.size() / 3), 3});
-  if (state_->options.plain) return unwrap(state_->averaged->concatenated(wrap(latent, {1, kLatentZ}), points));
-  return unwrap(
-      state_->averaged->hyper(wrap(latent.subspan(3), {1, kLatentZ}), points - wrap(latent.first(3), {1, 1, 3})));
+  const std::int64_t z_n = state_->options.design.latent_z;
+  if (!state_->options.design.has_center())
+    return unwrap(state_->averaged->concatenated(wrap(latent, {1, z_n}), points));
+  return unwrap(state_->averaged->hyper(wrap(latent.subspan(3), {1, z_n}), points - wrap(latent.first(3), {1, 1, 3})));
 }
 
 }  // namespace gatefield::training

@@ -11,6 +11,7 @@
 
 #include "common/base/result.h"
 #include "server/training/learn/batches.h"
+#include "server/training/learn/designs.h"
 
 namespace gatefield::training {
 
@@ -23,7 +24,8 @@ struct NamedTensor {
 using Weights = std::map<std::string, NamedTensor>;
 
 struct TrainerOptions {
-  bool plain = false;             ///< the published encoder and decoder instead of two looks and the hyper decoder
+  Design design = designs().front();
+  bool freeze_decoders = false;   ///< second stage: only the encoder learns
   std::uint64_t total_steps = 0;  ///< the learning rate's cosine ends here
   std::uint64_t warmup_steps = 300;
   double learning_rate = 2e-3;
@@ -71,6 +73,13 @@ class Trainer {
   Status save(const std::filesystem::path& file) const;
   /// Errors: missing or foreign file, other networks.
   Status load(const std::filesystem::path& file);
+
+  /// Begins with the averaged weights of another checkpoint, wherever name and shape agree (the others keep their
+  /// random start); step count and optimiser stay fresh. @return names of the parameters that were not taken.
+  Result<std::vector<std::string>> start_from(const std::filesystem::path& file);
+  /// The design that a checkpoint belongs to. Errors: missing or foreign file.
+  static Result<Design> design_of(const std::filesystem::path& file);
+  const Design& design() const noexcept;
 
   /// The running average of all weights (single precision), as exported.
   Weights weights() const;

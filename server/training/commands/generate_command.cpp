@@ -1,0 +1,67 @@
+#include "server/training/commands/generate_command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include "common/base/progress_line.h"
+#include "server/training/commands/command.h"
+#include "server/training/data/contact_sheet.h"
+#include "server/training/data/dataset.h"
+#include "server/training/learn/train_loop.h"
+
+namespace gatefield::training {
+
+int generate_file(const std::filesystem::path& file, std::uint64_t seed, std::uint64_t count, int threads) {
+  if (const Status made = make_folder(file.parent_path()); !made) return fail(made.error());
+  DatasetOptions options;
+  options.seed = seed;
+  options.count = count;
+  options.threads = threads;
+  ProgressLine line("generate");
+  const Status made = generate_dataset(file, options, [&](const Progress& progress) {
+    char rate[48];
+    std::snprintf(rate, sizeof rate, "%.0f samples/s", progress.rate_hz);
+    line.show(static_cast<double>(progress.done_n) / static_cast<double>(std::max<std::uint64_t>(1, progress.total_n)),
+              progress.time_left_s, rate);
+    return !stop_requested;
+  });
+  if (stop_requested) return stopped("generate");
+  if (!made) return fail(made.error());
+  line.say(file.string() + ": " + std::to_string(count) + " samples, seed " + std::to_string(seed));
+  return 0;
+}
+
+void add_generate_command(CLI::App* app, int* exit_code) {
+  struct Options {
+    std::filesystem::path file, sheet_file;
+    std::uint64_t samples = 200'000, seed = kTrainSeed;
+    int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    int sheet = 64;
+  };
+  const auto options = std::make_shared<Options>();
+  auto* command = app->add_subcommand("generate", "Render a data set (continues a file that is there)");
+  command->add_option("--out", options->file, "the data set's file")->required();
+  command->add_option("--samples", options->samples, "how many images")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100'000'000));
+  command->add_option("--seed", options->seed, "names the set; held-out sets need another one")->capture_default_str();
+  command->add_option("--threads", options->threads)->capture_default_str()->check(CLI::Range(1, 256));
+  command->add_option("--contact-sheet", options->sheet_file, "also write a PNG of some images");
+  command->add_option("--contact-sheet-images", options->sheet)->capture_default_str()->check(CLI::Range(1, 1000));
+  command->callback([options, exit_code] {
+    *exit_code = generate_file(options->file, options->seed, options->samples, options->threads);
+    if (*exit_code != 0 || options->sheet_file.empty()) return;
+    const auto dataset = Dataset::open(options->file);
+    if (!dataset) {
+      *exit_code = fail(dataset.error());
+      return;
+    }
+    const Status written = write_contact_sheet(*dataset, options->sheet, {}, options->sheet_file);
+    if (!written) *exit_code = fail(written.error());
+  });
+}
+
+}  // namespace gatefield::training

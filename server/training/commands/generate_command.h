@@ -1,0 +1,14 @@
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <filesystem>
+
+namespace gatefield::training {
+
+void add_generate_command(CLI::App* app, int* exit_code);
+
+/// Renders (or continues) a simulated set with progress on the terminal. @return 0, kBadInput or kStopped
+int generate_file(const std::filesystem::path& file, std::uint64_t seed, std::uint64_t count, int threads);
+
+}  // namespace gatefield::training

@@ -1,0 +1,49 @@
+#include "server/training/commands/recipe.h"
+
+namespace gatefield::training {
+namespace {
+
+/// Both stages as in the paper, with and without replay of the simulation, and the second one alone.
+std::vector<Part> parts(std::uint64_t race, std::uint64_t small, std::uint64_t paper, std::uint64_t second) {
+  return {
+      {.name = "race", .design = "two-look", .images = race, .ships = true},
+      {.name = "race-stereo",
+       .design = "two-look",
+       .images = second,
+       .learning_rate = 5e-4,
+       .simulation = 0.5,
+       .stereo = 0.5,
+       .start_from = "race",
+       .freeze_decoders = true,
+       .ships = true},
+      {.name = "stereo-no-replay",
+       .design = "two-look",
+       .images = second,
+       .learning_rate = 5e-4,
+       .simulation = 0.0,
+       .stereo = 1.0,
+       .start_from = "race",
+       .freeze_decoders = true},
+      {.name = "stereo-alone", .design = "two-look", .images = second, .simulation = 0.0, .stereo = 1.0},
+      {.name = "race-z64",
+       .design = "two-look-z64",
+       .images = small,
+       .learning_rate = 1e-3,
+       .start_from = "race",
+       .ships = true},
+      {.name = "paper", .design = "paper", .images = paper, .ships = true},
+  };
+}
+
+}  // namespace
+
+std::span<const Recipe> recipes() {
+  static const std::vector<Recipe> all = {
+      {"ship", "what the repository's models were made with: hours", 240'000, 4'000, 3'000, 1'000,
+       parts(800'000, 200'000, 1'000'000, 60'000)},
+      {"try", "minutes, to see it work", 3'000, 200, 80, 40, parts(9'600, 800, 1'600, 800)},
+  };
+  return all;
+}
+
+}  // namespace gatefield::training
