@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 namespace gatefield::training {
@@ -220,16 +221,20 @@ void add_wrong_gates(const std::vector<scene::Gate>& gates, Random* random, std:
   }
 }
 
-/// Where the camera is, relative to the target gate: distances mostly 1 to 7 m, either side, up to 80 deg off the axis.
+/// Where the camera is, relative to the target gate: distances mostly 1 to 7 m (somewhat more of the near ones), either
+/// side, up to 80 deg off the axis; now and then beyond, where the posts stand in a line.
 Vector3d camera_position(Random* random) {
   const double which = random->uniform();
-  const double distance = which < 0.10   ? random->uniform(0.4, 1.0)
-                          : which < 0.85 ? random->uniform(1.0, 7.0)
+  const double distance = which < 0.10   ? random->uniform(0.3, 1.0)
+                          : which < 0.85 ? 1.0 + 6.0 * std::pow(random->uniform(), 1.2)
                                          : random->uniform(7.0, 10.0);
   const double limit = std::min(1.5, 0.8 * distance);
   const double height = random->uniform(-limit, limit);
   const double horizontal = std::sqrt(distance * distance - height * height);
-  const double bearing = random->uniform(-80.0, 80.0) * kDegree;
+  const bool in_line = random->chance(0.05);
+  const double bearing =
+      (in_line ? random->uniform(80.0, 90.0) * (random->chance(0.5) ? 1.0 : -1.0) : random->uniform(-80.0, 80.0)) *
+      kDegree;
   const double side = random->chance(0.5) ? -1.0 : 1.0;
   return {side * horizontal * std::cos(bearing), horizontal * std::sin(bearing), height};
 }
@@ -251,6 +256,29 @@ Eigen::Matrix3d body_attitude(const Vector3d& p_WC, const Vector3d& p_look, doub
   const double roll = random->chance(0.35) ? random->uniform(-limit_roll, limit_roll)
                                            : std::clamp(0.3 * random->normal(), -limit_roll, limit_roll);
   return pose(Vector3d::Zero(), yaw, pitch, roll).linear();
+}
+
+/// A gate about as far from the camera as the target: beside it, or above or below. Which of the two is meant can't be
+/// told from the distance then.
+void add_partner(const Vector3d& p_WC, Random* random, std::vector<scene::Gate>* gates) {
+  const Vector3d to_target = -p_WC;
+  const double distance = to_target.norm();
+  for (int attempt = 0; attempt < 20; ++attempt) {
+    // How far apart the two centres are; across, the image is wider than it is high.
+    const double apart_m = random->uniform(1.6, 3.5);
+    if (apart_m > 1.4 * distance) continue;
+    const double turn = 2.0 * std::asin(0.5 * apart_m / distance) * (random->chance(0.5) ? 1.0 : -1.0);
+    const bool stacked = random->chance(0.15);
+    const Vector3d axis = stacked ? to_target.cross(Vector3d::UnitZ()).normalized() : Vector3d(Vector3d::UnitZ());
+    const Vector3d direction = AngleAxisd(turn, axis) * to_target.normalized();
+    const Vector3d p_WG = p_WC + (distance + random->uniform(-0.3, 0.3)) * direction;
+    if (p_WG.norm() < 1.55) continue;
+    const double yaw = random->chance(0.5)
+                           ? random->uniform(-40.0, 40.0) * kDegree
+                           : std::atan2(direction.y(), direction.x()) + random->uniform(-75.0, 75.0) * kDegree;
+    gates->push_back(make_gate(p_WG, yaw, random));
+    return;
+  }
 }
 
 /// Before rendering: how much of the midline lies in the image, occlusion left aside.
@@ -275,8 +303,8 @@ Scenario draw_scenario(const CameraModel& camera, Random* random) {
   Scenario scenario;
   scene::World& world = scenario.world;
 
-  // 17 % are meant to show no valid gate; with those that are hidden or cut off by chance they make about a fifth.
-  const bool without = random->chance(0.17);
+  // 20 % are meant to show no valid gate; with those that are hidden or cut off by chance they make 22 %.
+  const bool without = random->chance(0.20);
   const bool gate_free = without && random->chance(0.45);
   const double mount_pitch_up = 15.0 * kDegree;
 
@@ -285,10 +313,21 @@ Scenario draw_scenario(const CameraModel& camera, Random* random) {
   world.floor_z_m = floor_z_m;
   world.floor_reflectance = static_cast<float>(random->uniform(0.2, 0.9));
 
+  std::optional<Vector3d> eye_W;  // where the camera will be, when gates were placed to suit
   if (!gate_free) {
     world.gates.push_back(make_gate(Vector3d::Zero(), 0.0, random));
     const double which = random->uniform();
-    const int others = which < 0.3 ? 0 : which < 0.6 ? 1 : which < 0.82 ? 2 : 3;
+    int others = which < 0.3 ? 0 : which < 0.6 ? 1 : which < 0.82 ? 2 : 3;
+    if (!without && random->chance(0.12)) {
+      for (int attempt = 0; attempt < 20 && !eye_W; ++attempt) {
+        const Vector3d p_WC = camera_position(random);
+        if (p_WC.norm() > 1.6 && p_WC.z() > floor_z_m + 0.15) eye_W = p_WC;
+      }
+      if (eye_W) {
+        add_partner(*eye_W, random, &world.gates);
+        others = std::max(0, others - 1);
+      }
+    }
     add_other_gates(others, random, &world.gates);
   }
   scenario.gates = world.gates.size();
@@ -300,7 +339,7 @@ Scenario draw_scenario(const CameraModel& camera, Random* random) {
   }
   if (random->chance(0.7)) add_room(floor_z_m, random, &world.boxes);
   add_clutter(floor_z_m, world.gates, random, &world.boxes);
-  if (random->chance(gate_free ? 0.5 : 0.12)) {
+  if (random->chance(gate_free ? 0.5 : 0.18)) {
     std::vector<scene::Gate> wrong;
     add_wrong_gates(world.gates, random, &wrong);
     world.gates.insert(world.gates.end(), wrong.begin(), wrong.end());
@@ -312,12 +351,16 @@ Scenario draw_scenario(const CameraModel& camera, Random* random) {
     solid.insert(solid.end(), frame.begin(), frame.end());
   }
   for (int attempt = 0; attempt < 200; ++attempt) {
-    const Vector3d p_WC = camera_position(random);
+    const bool keeps_eye = eye_W && attempt == 0;
+    const Vector3d p_WC = keeps_eye ? *eye_W : camera_position(random);
     if (p_WC.z() < floor_z_m + 0.15) continue;
     const bool free =
         std::all_of(solid.begin(), solid.end(), [&](const scene::Box& box) { return distance_m(box, p_WC) > 0.13; });
     if (!free) continue;
     Vector3d p_look = Vector3d::Zero();
+    if (keeps_eye && world.gates.size() > 1) {
+      p_look = random->uniform(0.3, 0.6) * world.gates[1].X_WG.translation();  // somewhere between the two
+    }
     if (without && !gate_free) {
       // Looks away from the target: somewhere 60 to 180 deg off.
       const double away = random->uniform(60.0, 180.0) * kDegree * (random->chance(0.5) ? 1.0 : -1.0);
