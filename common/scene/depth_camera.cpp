@@ -98,8 +98,8 @@ struct DepthCamera::Scene {
   /// the hit's ray parameter is the z-depth itself. The floor is a plane without end: it is intersected here and
   /// shortens the ray.
   template <int N>
-  void render(const CameraModel& camera, const Eigen::Isometry3d& X_WC, DepthImage* image,
-              SurfaceImage* surface) const {
+  void render(const CameraModel& camera, const Eigen::Isometry3d& X_WC, DepthImage* image, SurfaceImage* surface,
+              FaceImage* faces) const {
     constexpr int kTileWidth = 4;
     constexpr int kTileHeight = N / kTileWidth;
     const Eigen::Matrix3f R_WC = X_WC.linear().cast<float>();
@@ -156,6 +156,11 @@ struct DepthCamera::Scene {
           const float z_m = hit ? packet.ray.tfar[lane] : floor_m[lane];
           const bool in_range = z_m >= min_m && z_m <= max_m;
           depth_m[pixel] = in_range ? z_m : 0.0f;
+          if (faces != nullptr) {
+            faces->face[pixel] = !in_range ? FaceImage::kNoFace
+                                 : hit     ? static_cast<std::int32_t>(packet.hit.primID[lane])
+                                           : FaceImage::kFloorFace;
+          }
           if (surface == nullptr) continue;
           if (!in_range) {
             surface->cos_incidence[pixel] = 0.0f;
@@ -186,11 +191,7 @@ DepthCamera::DepthCamera(const World& world) : scene_(std::make_unique<Scene>())
   scene_->floor_z_m = static_cast<float>(world.floor_z_m);
   scene_->floor_reflectance = world.floor_reflectance;
 
-  std::vector<Box> boxes = world.boxes;
-  for (const Gate& gate : world.gates) {
-    const std::vector<Box> frame = frame_boxes(gate);
-    boxes.insert(boxes.end(), frame.begin(), frame.end());
-  }
+  const std::vector<Box> boxes = solid_boxes(world);
 
   scene_->scene = rtcNewScene(device());
   // Worlds are built once per sample in the data set: a quick build pays there, and a small world traverses fast
@@ -220,7 +221,7 @@ DepthCamera::DepthCamera(DepthCamera&&) noexcept = default;
 DepthCamera& DepthCamera::operator=(DepthCamera&&) noexcept = default;
 
 void DepthCamera::render(const CameraModel& camera, const Eigen::Isometry3d& X_WC, DepthImage* image,
-                         SurfaceImage* surface) const {
+                         SurfaceImage* surface, FaceImage* faces) const {
   const auto pixels = static_cast<std::size_t>(camera.width_px) * static_cast<std::size_t>(camera.height_px);
   image->width_px = camera.width_px;
   image->height_px = camera.height_px;
@@ -229,14 +230,15 @@ void DepthCamera::render(const CameraModel& camera, const Eigen::Isometry3d& X_W
     surface->cos_incidence.resize(pixels);
     surface->reflectance.resize(pixels);
   }
+  if (faces != nullptr) faces->face.resize(pixels);
   static const bool native16 = rtcGetDeviceProperty(device(), RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
   static const bool native8 = rtcGetDeviceProperty(device(), RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
   if (native16) {
-    scene_->render<16>(camera, X_WC, image, surface);
+    scene_->render<16>(camera, X_WC, image, surface, faces);
   } else if (native8) {
-    scene_->render<8>(camera, X_WC, image, surface);
+    scene_->render<8>(camera, X_WC, image, surface, faces);
   } else {
-    scene_->render<4>(camera, X_WC, image, surface);
+    scene_->render<4>(camera, X_WC, image, surface, faces);
   }
 }
 

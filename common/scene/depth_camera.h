@@ -22,6 +22,14 @@ struct SurfaceImage {
   std::vector<float> reflectance;
 };
 
+/// Which surface each pixel shows: kNoFace, kFloorFace, or 6 * box + face, with the boxes of solid_boxes() and the
+/// faces -x, +x, -y, +y, -z, +z of a box in its own axes.
+struct FaceImage {
+  static constexpr std::int32_t kNoFace = -1;
+  static constexpr std::int32_t kFloorFace = -2;
+  std::vector<std::int32_t> face;
+};
+
 /// Ray-cast depth camera (Embree). The world is built once, then rendered from any number of poses.
 /// Thread-safe: render() is const and may be called from several threads at once.   Real-time safe: no (first call
 /// allocates).
@@ -32,9 +40,10 @@ class DepthCamera {
   DepthCamera(DepthCamera&&) noexcept;
   DepthCamera& operator=(DepthCamera&&) noexcept;
 
-  /// Clean z-depth seen by `camera` from X_WC (its X_BC is not used). `surface` may be null.
+  /// Clean z-depth seen by `camera` from X_WC (its X_BC is not used). `surface` and `faces` may be
+  /// null.
   void render(const CameraModel& camera, const Eigen::Isometry3d& X_WC, DepthImage* image,
-              SurfaceImage* surface = nullptr) const;
+              SurfaceImage* surface = nullptr, FaceImage* faces = nullptr) const;
 
  private:
   struct Scene;

@@ -44,4 +44,13 @@ std::vector<Box> frame_boxes(const Gate& gate) {
   return boxes;
 }
 
+std::vector<Box> solid_boxes(const World& world) {
+  std::vector<Box> boxes = world.boxes;
+  for (const Gate& gate : world.gates) {
+    const std::vector<Box> frame = frame_boxes(gate);
+    boxes.insert(boxes.end(), frame.begin(), frame.end());
+  }
+  return boxes;
+}
+
 }  // namespace gatefield::scene

@@ -36,4 +36,7 @@ struct World {
 /// Depth camera and physics use the same ones, so what is seen is what is hit.
 std::vector<Box> frame_boxes(const Gate& gate);
 
+/// Everything solid except the floor: world.boxes, then the frame_boxes() of each gate in turn.
+std::vector<Box> solid_boxes(const World& world);
+
 }  // namespace gatefield::scene
