@@ -1,18 +1,28 @@
 #include "common/model/two_look.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
 namespace gatefield::model {
 namespace {
 
+/// Nearest pixel column or row along a ray's x or y (z = 1), or -1 outside the image.
+int column_along(const CameraModel& camera, double ray_x) noexcept {
+  const double u = camera.fx_px * ray_x + camera.cx_px;
+  return u >= 0.0 && u < camera.width_px ? static_cast<int>(u) : -1;
+}
+int row_along(const CameraModel& camera, double ray_y) noexcept {
+  const double v = camera.fy_px * ray_y + camera.cy_px;
+  return v >= 0.0 && v < camera.height_px ? static_cast<int>(v) : -1;
+}
+
 /// Nearest pixel index for a ray, or -1 outside the image.
 int pixel_along(const CameraModel& camera, double ray_x, double ray_y) noexcept {
-  const double u = std::floor(camera.fx_px * ray_x + camera.cx_px);
-  const double v = std::floor(camera.fy_px * ray_y + camera.cy_px);
-  if (!(u >= 0.0 && u < camera.width_px && v >= 0.0 && v < camera.height_px)) return -1;
-  return static_cast<int>(v) * camera.width_px + static_cast<int>(u);
+  const int u = column_along(camera, ray_x);
+  const int v = row_along(camera, ray_y);
+  return u < 0 || v < 0 ? -1 : v * camera.width_px + u;
 }
 
 }  // namespace
@@ -82,32 +92,50 @@ Eigen::Vector3d crop_ray_C(const CropShape& shape, const Eigen::Vector3d& center
 
 int crop_input(std::span<const float> depth_m, const CameraModel& camera, const CropShape& shape,
                const Eigen::Vector3d& center_C, std::span<float> input, std::span<float> context) noexcept {
-  assert(center_C.z() >= kCropMinDepth_m);
+  assert(center_C.z() >= kCropMinDepth_m && shape.size <= kMaxCropSize);
   assert(input.size() == shape.input_size() && context.size() == static_cast<std::size_t>(kCropContext));
   const auto plane = static_cast<std::size_t>(shape.size) * shape.size;
   const Eigen::Vector3f center = center_C.cast<float>();
   std::fill(input.begin(), input.end(), 0.0f);
+  float* const dx = input.data();
+  float* const dy = dx + plane;
+  float* const dz = dy + plane;
+  float* const seen = dz + plane;
+  float* const nearer = seen + plane;
+  float* const behind = nearer + plane;
+  float* const inside = behind + plane;
+  // Columns are the same for every row.
+  struct Column {
+    int u;
+    float ray_x;
+  };
+  std::array<Column, kMaxCropSize> columns;
+  for (int i = 0; i < shape.size; ++i) {
+    const int u = column_along(camera, crop_ray_C(shape, center_C, i, 0).x());
+    columns[static_cast<std::size_t>(i)] = {u, static_cast<float>((u + 0.5 - camera.cx_px) / camera.fx_px)};
+  }
   int returns = 0;
   for (int j = 0; j < shape.size; ++j) {
+    const int v = row_along(camera, crop_ray_C(shape, center_C, 0, j).y());
+    if (v < 0) continue;
+    const auto ray_y = static_cast<float>((v + 0.5 - camera.cy_px) / camera.fy_px);
+    const float* const row = depth_m.data() + static_cast<std::size_t>(v) * camera.width_px;
     for (int i = 0; i < shape.size; ++i) {
-      const Eigen::Vector3d ray = crop_ray_C(shape, center_C, i, j);
-      const int pixel = pixel_along(camera, ray.x(), ray.y());
-      if (pixel < 0) continue;
+      const auto [u, ray_x] = columns[static_cast<std::size_t>(i)];
+      if (u < 0) continue;
       const auto at = static_cast<std::size_t>(j) * shape.size + i;
-      input[6 * plane + at] = 1.0f;
-      const float z = depth_m[static_cast<std::size_t>(pixel)];
+      inside[at] = 1.0f;
+      const float z = row[u];
       if (!(z > 0.0f)) continue;
       ++returns;
       // The pixel's own ray, not the sample's: far gates are sampled more finely than the image is.
-      const int u = pixel % camera.width_px;
-      const int v = pixel / camera.width_px;
-      const Eigen::Vector3f offset = (camera.ray_C(u, v) * z).cast<float>() - center;
-      input[at] = std::clamp(offset.x(), -kCropReach_m, kCropReach_m);
-      input[plane + at] = std::clamp(offset.y(), -kCropReach_m, kCropReach_m);
-      input[2 * plane + at] = std::clamp(offset.z(), -kCropReach_m, kCropReach_m);
-      input[3 * plane + at] = 1.0f;
-      if (offset.z() < -kCropReach_m) input[4 * plane + at] = 1.0f;
-      if (offset.z() > kCropReach_m) input[5 * plane + at] = 1.0f;
+      const float offset_z = z - center.z();
+      dx[at] = std::clamp(z * ray_x - center.x(), -kCropReach_m, kCropReach_m);
+      dy[at] = std::clamp(z * ray_y - center.y(), -kCropReach_m, kCropReach_m);
+      dz[at] = std::clamp(offset_z, -kCropReach_m, kCropReach_m);
+      seen[at] = 1.0f;
+      if (offset_z < -kCropReach_m) nearer[at] = 1.0f;
+      if (offset_z > kCropReach_m) behind[at] = 1.0f;
     }
   }
   context[0] = center.x() / center.z();

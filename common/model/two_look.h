@@ -51,6 +51,8 @@ LookShape look_shape(int width_px, int height_px) noexcept;
 void first_look_input(std::span<const float> depth_m, const CameraModel& camera, std::span<float> input,
                       std::span<float> anchors) noexcept;
 
+inline constexpr int kMaxCropSize = 1024;
+
 /// The second look's window: half-width `half_width_m` at the centre's depth, size x size samples.
 struct CropShape {
   double half_width_m = 1.35;
@@ -65,7 +67,7 @@ Eigen::Vector3d crop_ray_C(const CropShape& shape, const Eigen::Vector3d& center
 /// @param input    [kCropChannels][size][size], nearest-neighbour samples
 /// @param context  [kCropContext]
 /// @return number of samples with a return; 0 says that there is nothing to see around the centre.
-/// @pre center_C.z() >= kCropMinDepth_m
+/// @pre center_C.z() >= kCropMinDepth_m, shape.size <= kMaxCropSize
 int crop_input(std::span<const float> depth_m, const CameraModel& camera, const CropShape& shape,
                const Eigen::Vector3d& center_C, std::span<float> input, std::span<float> context) noexcept;
 
