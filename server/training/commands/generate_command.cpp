@@ -10,16 +10,18 @@
 #include "server/training/commands/command.h"
 #include "server/training/data/contact_sheet.h"
 #include "server/training/data/dataset.h"
+#include "server/training/data/statistics.h"
 #include "server/training/learn/train_loop.h"
 
 namespace gatefield::training {
 
-int generate_file(const std::filesystem::path& file, std::uint64_t seed, std::uint64_t count, int threads) {
+int generate_file(const std::filesystem::path& file, std::uint64_t seed, std::uint64_t count, int threads, int points) {
   if (const Status made = make_folder(file.parent_path()); !made) return fail(made.error());
   DatasetOptions options;
   options.seed = seed;
   options.count = count;
   options.threads = threads;
+  options.points = points;
   ProgressLine line("generate");
   const Status made = generate_dataset(file, options, [&](const Progress& progress) {
     char rate[48];
@@ -40,6 +42,8 @@ void add_generate_command(CLI::App* app, int* exit_code) {
     std::uint64_t samples = 200'000, seed = kTrainSeed;
     int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     int sheet = 64;
+    int points = 0;
+    bool statistics = false;
   };
   const auto options = std::make_shared<Options>();
   auto* command = app->add_subcommand("generate", "Render a data set (continues a file that is there)");
@@ -49,16 +53,25 @@ void add_generate_command(CLI::App* app, int* exit_code) {
       ->check(CLI::Range(1, 100'000'000));
   command->add_option("--seed", options->seed, "names the set; held-out sets need another one")->capture_default_str();
   command->add_option("--threads", options->threads)->capture_default_str()->check(CLI::Range(1, 256));
+  command
+      ->add_option("--points", options->points,
+                   "also store query points and their field values for each image (the paper has 8192), for training "
+                   "elsewhere; ours draws them afresh at every pass")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1'000'000));
+  command->add_flag("--statistics", options->statistics, "print what is in the set");
   command->add_option("--contact-sheet", options->sheet_file, "also write a PNG of some images");
   command->add_option("--contact-sheet-images", options->sheet)->capture_default_str()->check(CLI::Range(1, 1000));
   command->callback([options, exit_code] {
-    *exit_code = generate_file(options->file, options->seed, options->samples, options->threads);
-    if (*exit_code != 0 || options->sheet_file.empty()) return;
+    *exit_code = generate_file(options->file, options->seed, options->samples, options->threads, options->points);
+    if (*exit_code != 0 || (options->sheet_file.empty() && !options->statistics)) return;
     const auto dataset = Dataset::open(options->file);
     if (!dataset) {
       *exit_code = fail(dataset.error());
       return;
     }
+    if (options->statistics) std::printf("%s", to_text(count_statistics(*dataset)).c_str());
+    if (options->sheet_file.empty()) return;
     const Status written = write_contact_sheet(*dataset, options->sheet, {}, options->sheet_file);
     if (!written) *exit_code = fail(written.error());
   });

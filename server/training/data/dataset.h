@@ -179,6 +179,8 @@ class DatasetWriter {
   Status close();
   /// Samples in the file and in memory.
   std::uint64_t count() const noexcept;
+  /// As the file has it.
+  const DatasetInfo& info() const noexcept;
 
  private:
   struct State;
@@ -206,7 +208,7 @@ struct DatasetOptions {
 /// index, format, camera and points is continued where it stopped; one that is long enough is left as it is. A run that
 /// was stopped or killed and is repeated leaves the same bytes as one that was not. `progress` is called from the
 /// calling thread after every 256 samples; it returns false to stop (the file stays usable). Errors: folder or file
-/// can't be written, disk full, file of another kind or another set.
+/// can't be written, disk full, file of another kind, another set or other scenes.
 Status generate_dataset(const std::filesystem::path& file, const DatasetOptions& options,
                         const std::function<bool(const Progress&)>& progress = {});
 

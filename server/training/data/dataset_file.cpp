@@ -370,6 +370,8 @@ Status DatasetWriter::reserve(std::uint64_t count) {
 
 std::uint64_t DatasetWriter::count() const noexcept { return state_->layout.written + state_->waiting; }
 
+const DatasetInfo& DatasetWriter::info() const noexcept { return state_->layout.info; }
+
 Status DatasetWriter::append(const Sample& sample) {
   State& state = *state_;
   const auto refuse = [&](const std::string& what) {

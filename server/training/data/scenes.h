@@ -9,6 +9,10 @@
 
 namespace gatefield::training {
 
+/// Raise it whenever draw_scenario() or what is rendered from it changes: sets remember it, and are not continued with
+/// other scenes than they began with.
+inline constexpr int kScenesVersion = 2;
+
 /// A world and where the camera stands in it. W: the target gate's centre is the origin, its axis is +x before its own
 /// tilt.
 struct Scenario {
