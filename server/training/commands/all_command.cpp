@@ -58,8 +58,6 @@ class All {
   }
 
   int make_data() const {
-    if (const int code = generate_file(file("train.h5"), kTrainSeed, recipe_.samples, options_.threads); code != 0)
-      return code;
     if (const int code = generate_file(file("held-out.h5"), kHeldOutSeed, recipe_.held_out, options_.threads);
         code != 0)
       return code;
@@ -80,7 +78,7 @@ class All {
     run.learning_rate = part.learning_rate;
     run.freeze_decoders = part.freeze_decoders;
     if (!part.start_from.empty()) run.start_from = options_.work / std::string(part.start_from) / "checkpoint.pt";
-    if (part.simulation > 0.0) run.data.push_back({file("train.h5"), part.simulation});
+    if (part.simulation > 0.0) run.data.push_back({{}, part.simulation});
     if (part.stereo > 0.0) run.data.push_back({file("stereo-train.h5"), part.stereo});
     if (const int code = run_training(run); code != 0) return code;
     // Made already, and evaluated, from just this run: nothing to do.
@@ -112,7 +110,7 @@ void add_all_command(CLI::App* app, int* exit_code) {
     says += (says.empty() ? "" : "; ") + std::string(recipe.name) + ": " + std::string(recipe.says);
   }
   command->add_option("--profile", options->profile, says)->capture_default_str()->check(CLI::IsMember(names));
-  command->add_option("--work", options->work, "folder for data and checkpoints (ship: 11 GB)")->required();
+  command->add_option("--work", options->work, "folder for data and checkpoints (ship: 1 GB)")->required();
   command->add_option("--out", options->out, "folder of the bundles")->required();
   command->add_option("--only", options->only, "just these parts (and the data that they need), e.g. race paper");
   command->add_option("--threads", options->threads, "for rendering")->capture_default_str()->check(CLI::Range(1, 256));

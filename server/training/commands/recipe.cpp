@@ -39,9 +39,9 @@ std::vector<Part> parts(std::uint64_t race, std::uint64_t small, std::uint64_t p
 
 std::span<const Recipe> recipes() {
   static const std::vector<Recipe> all = {
-      {"ship", "what the repository's models were made with: hours", 240'000, 4'000, 3'000, 1'000,
+      {"ship", "what the repository's models were made with: hours", 4'000, 3'000, 1'000,
        parts(800'000, 200'000, 1'000'000, 60'000)},
-      {"try", "minutes, to see it work", 3'000, 200, 80, 40, parts(9'600, 800, 1'600, 800)},
+      {"try", "minutes, to see it work", 200, 80, 40, parts(9'600, 800, 1'600, 800)},
   };
   return all;
 }

@@ -26,7 +26,6 @@ struct Part {
 struct Recipe {
   std::string_view name;
   std::string_view says;
-  std::uint64_t samples = 0;          ///< simulated images to train on
   std::uint64_t held_out = 0;         ///< simulated images to evaluate on
   std::uint64_t stereo = 0;           ///< pairs of the second sensor to train on
   std::uint64_t stereo_held_out = 0;  ///< pairs in other rooms to evaluate on

@@ -96,13 +96,14 @@ void add_train_command(CLI::App* app, int* exit_code) {
   struct Options {
     TrainRun run;
     std::string design{designs().front().name};
-    std::vector<std::filesystem::path> data;
+    std::vector<std::string> data;
     std::vector<double> parts;
   };
   const auto options = std::make_shared<Options>();
   TrainRun& run = options->run;
   auto* command = app->add_subcommand("train", "Train (continues from the folder's checkpoint)");
-  command->add_option("--data", options->data, "data set; several are mixed")->required();
+  command->add_option("--data", options->data, "data set, or the word endless: rendered as needed; several are mixed")
+      ->required();
   command->add_option("--part", options->parts, "which part of the images each data set gives, e.g. 0.5 0.5");
   command->add_option("--run", run.folder, "folder of checkpoint.pt and log.csv")->required();
   command->add_option("--bundle", run.bundle_folder, "export here at every checkpoint");
@@ -127,7 +128,8 @@ void add_train_command(CLI::App* app, int* exit_code) {
       return;
     }
     for (std::size_t i = 0; i < options->data.size(); ++i)
-      options->run.data.push_back({options->data[i], parts.empty() ? 1.0 : parts[i]});
+      options->run.data.push_back(
+          {options->data[i] == "endless" ? std::string() : options->data[i], parts.empty() ? 1.0 : parts[i]});
     options->run.design = find_design(options->design).value();
     *exit_code = run_training(options->run);
   });

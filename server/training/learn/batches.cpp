@@ -124,16 +124,16 @@ void resize(const BatchOptions& options, Batch* batch) {
 }
 
 /// With one source nothing is drawn, so that such runs don't depend on there being others.
-const Dataset& pick(std::span<const Source> sources, Random* random) {
-  if (sources.size() == 1) return *sources.front().dataset;
+const Source& pick(std::span<const Source> sources, Random* random) {
+  if (sources.size() == 1) return sources.front();
   double sum = 0.0;
   for (const Source& source : sources) sum += source.part;
   double left = random->uniform() * sum;
   for (const Source& source : sources) {
     left -= source.part;
-    if (left < 0.0) return *source.dataset;
+    if (left < 0.0) return source;
   }
-  return *sources.back().dataset;
+  return sources.back();
 }
 
 /// Draws image `i` of the batch: which sample, its noise, its mirror image.
@@ -142,8 +142,11 @@ void draw_image(std::span<const Source> sources, const BatchOptions& options, in
   // Every pass over the set visits each sample about once: index by a random draw costs nothing that matters and needs
   // no shuffled list that a resumed run would have to rebuild.
   const std::uint64_t wide = (std::uint64_t{random->bits()} << 32) | random->bits();
-  const Dataset& dataset = pick(sources, random);
-  const SampleView sample = dataset.at(wide % dataset.size());
+  const Source& source = pick(sources, random);
+  Sample rendered;
+  if (source.dataset == nullptr) rendered = generate(source.seed, wide);
+  const SampleView sample =
+      source.dataset == nullptr ? rendered.view() : source.dataset->at(wide % source.dataset->size());
   const std::span noisy(batch->noisy_m.data() + at * kImageSize_px, kImageSize_px);
   const std::span clean(batch->clean_m.data() + at * kImageSize_px, kImageSize_px);
   scene::SensorNoise noise = options.noise;

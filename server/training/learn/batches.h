@@ -82,10 +82,11 @@ struct Batch {
   std::vector<std::uint8_t> has_clean;  ///< [B] 0: nobody knows the true depth (recordings)
 };
 
-/// A data set and the part of the images that is drawn from it (relative to the sum over all sources).
+/// Where images come from, and which part of them (relative to the sum over all sources).
 struct Source {
-  const Dataset* dataset = nullptr;
+  const Dataset* dataset = nullptr;  ///< nullptr: rendered when they are needed, each one new
   double part = 1.0;
+  std::uint64_t seed = 1;  ///< of the rendered ones
 };
 
 /// Makes batch `step`: a function of (sources, options, step) alone, whichever thread computes it.

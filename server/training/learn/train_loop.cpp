@@ -80,14 +80,19 @@ Result<bool> train(const TrainRun& run) {
   std::vector<Source> sources;
   std::string said;
   for (const TrainRun::Data& data : run.data) {
+    if (!(data.part > 0.0))
+      return Error{"part of data set '" + data.file.string() + "' is " + std::to_string(data.part) +
+                   ", expected more than 0"};
+    if (data.file.empty()) {
+      sources.push_back({nullptr, data.part, run.seed});
+      said += "images rendered as they are needed; ";
+      continue;
+    }
     auto dataset = Dataset::open(data.file);
     if (!dataset) return Error{dataset.error()};
     if (dataset->size() == 0) return Error{"data set " + data.file.string() + " has no samples"};
-    if (!(data.part > 0.0))
-      return Error{"part of data set " + data.file.string() + " is " + std::to_string(data.part) +
-                   ", expected more than 0"};
     datasets.push_back(std::move(dataset).value());
-    sources.push_back({&datasets.back(), data.part});
+    sources.push_back({&datasets.back(), data.part, 0});
     said += data.file.string() + ": " + std::to_string(datasets.back().size()) + " images; ";
   }
 

@@ -17,8 +17,8 @@ inline std::atomic<bool> stop_requested{false};
 
 struct TrainRun {
   struct Data {
-    std::filesystem::path file;
-    double part = 1.0;  ///< of the images, relative to the sum over all files
+    std::filesystem::path file;  ///< empty: simulation without end, every image rendered when it is needed
+    double part = 1.0;           ///< of the images, relative to the sum over all
   };
   std::vector<Data> data;
   std::filesystem::path folder;         ///< checkpoint.pt, log.csv
