@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -16,6 +15,9 @@
 /// Flights through courses in rooms, seen by the second sensor: what stands in for recordings of real hardware.
 namespace gatefield::training {
 
+/// Raise when the sensor or what draws flights changes: files of other versions are not continued.
+inline constexpr int kStereoVersion = 1;
+
 /// A short stretch of a flight: one room with its gates in one placement, one camera pose per frame.
 struct Flight {
   scene::World world;              ///< gates: those of the course
@@ -25,13 +27,16 @@ struct Flight {
 };
 
 struct FlightOptions {
-  std::uint64_t seed = 21;      ///< names the rooms, courses, placements and paths; other seeds share none of them
-  std::uint64_t count = 3000;   ///< frames
-  std::uint64_t rooms = 25;     ///< different rooms; flights go through them in turn, with new placements every time
-  std::uint32_t frames = 40;    ///< of each flight
-  double rate_hz = 60.0;        ///< of the camera
+  std::uint64_t seed = 21;     ///< names the rooms, courses, placements and paths; other seeds share none of them
+  std::uint64_t count = 3000;  ///< frames
+  std::uint64_t rooms = 25;    ///< different rooms; flights go through them in turn, with new placements every time
+  std::uint32_t frames = 40;   ///< of each flight
+  double rate_hz = 60.0;       ///< of the camera
   int threads = 2;
 };
+
+/// Says which field is wrong and why: at least one room, frame and thread, rate 1 to 240 Hz.
+Status validate(const FlightOptions& options);
 
 /// Draws flight `index` of a set from (seed, rooms, index, frames, rate) alone.
 ///
@@ -51,32 +56,9 @@ Sample measure(const FlightOptions& options, const Flight& flight, std::uint64_t
 
 /// Fills the file with `count` samples of kind kStereo (columns X_WC, sequence, time; sequence = flight). Continues a
 /// file of the same set, as generate_dataset() does. `progress` is called from the calling thread after every flight
-/// per thread; it returns false to stop. Errors: as DatasetWriter.
+/// per thread; it returns false to stop. OpenCV is told to use one thread in this process. Errors: options, as
+/// DatasetWriter, or a file of other rooms or frames per flight.
 Status generate_flights(const std::filesystem::path& file, const FlightOptions& options,
                         const std::function<bool(const Progress&)>& progress = {});
-
-/// The second sensor beside the truth, over a whole set (and the first sensor's model beside both).
-struct SensorFigures {
-  double fill = 0.0;          ///< of the pixels with true depth, how many have a measured one
-  double fill_gate = 0.0;     ///< the same on the frames of valid gates
-  double bias_px = 0.0;       ///< mean error of the disparity away from edges, at 160 px image width
-  double sigma_px = 0.0;      ///< standard deviation there, errors beyond 0.5 px left out
-  double outliers = 0.0;      ///< errors beyond 0.5 px, away from edges, of the measured pixels there
-  double edge_wrong = 0.0;    ///< within 1 px of a depth edge: errors beyond 0.5 px, of the measured pixels there
-  double edge_missing = 0.0;  ///< within 1 px of a depth edge: no depth, of the pixels there
-  double neighbour = 0.0;     ///< correlation of the disparity's error between neighbours in a row, away from edges
-  std::uint64_t frames = 0;
-};
-
-/// By true depth: the whole range first, then 0.3 to 1, 1 to 2, 2 to 4, 4 to 7 and 7 to 10 m.
-struct SensorComparison {
-  std::vector<SensorFigures> measured;
-  std::vector<SensorFigures> model;  ///< scene::apply_noise() with `noise` over the same true images
-};
-
-/// @param every takes one frame out of so many.
-/// Errors: the set has no measured and true depth. Model figures need `surface`, which kStereo does not keep: they are
-/// drawn with incidence and reflectance of even surfaces seen square on.
-Result<SensorComparison> compare_sensors(const Dataset& dataset, const scene::SensorNoise& noise, std::uint64_t every);
 
 }  // namespace gatefield::training
