@@ -28,24 +28,27 @@ class Training : public testing::Test {
     DatasetOptions options;
     options.seed = 7;
     options.count = 300;
-    ASSERT_TRUE(generate_dataset(folder_ / "mini.bin", options).ok());
-    dataset_ = std::make_unique<Dataset>(std::move(Dataset::open(folder_ / "mini.bin")).value());
+    ASSERT_TRUE(generate_dataset(folder_ / "mini.h5", options).ok());
+    dataset_ = std::make_unique<Dataset>(std::move(Dataset::open(folder_ / "mini.h5")).value());
   }
   static void TearDownTestSuite() {
     dataset_.reset();
     fs::remove_all(folder_);
   }
 
-  static BatchOptions batch_options(bool plain) {
+  static Design design(const char* name) { return find_design(name).value(); }
+  static BatchOptions batch_options(const Design& design) {
     BatchOptions options;
     options.images = 6;
-    options.plain = plain;
+    options.crops_per_image = 2;
+    options.design = design;
     options.seed = 3;
     return options;
   }
-  static std::unique_ptr<Trainer> trainer(bool plain, std::uint64_t total_steps) {
+  static std::unique_ptr<Trainer> trainer(const Design& design, std::uint64_t total_steps, bool freeze = false) {
     TrainerOptions options;
-    options.plain = plain;
+    options.design = design;
+    options.freeze_decoders = freeze;
     options.total_steps = total_steps;
     options.warmup_steps = 5;
     options.average_decay = 0.5;
@@ -54,23 +57,28 @@ class Training : public testing::Test {
     EXPECT_TRUE(created.ok());
     return std::move(created).value();
   }
-  static std::vector<StepLosses> steps(Trainer* trainer, bool plain, std::uint64_t count) {
+  static std::span<const Source> sources() {
+    static Source source;
+    source.dataset = dataset_.get();
+    return {&source, 1};
+  }
+  static std::vector<StepLosses> steps(Trainer* trainer, std::uint64_t count) {
     std::vector<StepLosses> out;
-    const BatchOptions options = batch_options(plain);
+    const BatchOptions options = batch_options(trainer->design());
     Batch batch;
     for (std::uint64_t i = 0; i < count; ++i) {
-      make_batch(*dataset_, options, trainer->steps(), &batch);
+      make_batch(sources(), options, trainer->steps(), &batch);
       const auto losses = trainer->step(options, &batch);
       EXPECT_TRUE(losses.ok());
       out.push_back(*losses);
     }
     return out;
   }
-  static std::vector<StepLosses> steps_on_one_batch(Trainer* trainer, bool plain, int count) {
+  static std::vector<StepLosses> steps_on_one_batch(Trainer* trainer, int count) {
     std::vector<StepLosses> out;
-    const BatchOptions options = batch_options(plain);
+    const BatchOptions options = batch_options(trainer->design());
     Batch batch;
-    make_batch(*dataset_, options, 0, &batch);
+    make_batch(sources(), options, 0, &batch);
     for (int i = 0; i < count; ++i) {
       const auto losses = trainer->step(options, &batch);
       EXPECT_TRUE(losses.ok());
@@ -126,39 +134,118 @@ class Training : public testing::Test {
     EXPECT_NO_THROW(onnx::checker::check_model(model)) << file;
   }
 
+  /// What the exported files give is held against libtorch, step by step.
+  static void expect_two_looks_exported(const Design& design) {
+    SCOPED_TRACE(design.name);
+    const auto net = trainer(design, 60);
+    steps(net.get(), 40);
+    const fs::path folder = folder_ / std::string(design.name);
+    ASSERT_TRUE(export_bundle(net->weights(), design, "test", folder).ok());
+    ASSERT_TRUE(export_bundle(net->weights(), design, "test", folder).ok()) << "a bundle can be replaced";
+    for (const char* name : {"look1.onnx", "look2.onnx", "decoder.onnx"}) expect_valid_onnx(folder / name);
+    const auto bundle = model::Bundle::read(folder);
+    ASSERT_TRUE(bundle.ok()) << bundle.error();
+    auto encoder = perception::DepthEncoder::create(*bundle);
+    ASSERT_TRUE(encoder.ok()) << encoder.error();
+
+    GateLabel gate;
+    const std::vector<float> image = image_with_gate(&gate);
+    const CameraModel& camera = dataset_camera();
+    // Without a prior: the first look, then the second (again where the first correction is large), step by step
+    // through libtorch.
+    const auto shape = model::look_shape(camera.width_px, camera.height_px);
+    std::vector<float> input(shape.input_size()), anchors(shape.anchor_size());
+    model::first_look_input(image, camera, input, anchors);
+    const auto seen = net->first_look(input, anchors);
+    const model::CropShape crop = design.crop();
+    std::vector<float> cut(crop.input_size()), context(model::kCropContext);
+    const auto look = [&](const Eigen::Vector3d& center_C) {
+      EXPECT_GT(model::crop_input(image, camera, crop, center_C, cut, context), 0);
+      return net->second_look(cut, context);
+    };
+    for (const bool with_prior : {false, true}) {
+      Eigen::Vector3d center_C = with_prior
+                                     ? Eigen::Vector3d(gate.p_CG.cast<double>() + Eigen::Vector3d(0.05, -0.1, 0.08))
+                                     : Eigen::Vector3d(seen[0], seen[1], std::max(seen[2], 0.3f));
+      const auto prior = with_prior ? std::optional(center_C) : std::nullopt;
+      auto code = look(center_C);
+      Eigen::Vector3d moved_C = center_C + Eigen::Vector3d(code[0], code[1], code[2]);
+      if ((moved_C - center_C).norm() > 0.05) {
+        center_C = moved_C;
+        code = look(center_C);
+        moved_C = center_C + Eigen::Vector3d(code[0], code[1], code[2]);
+      }
+      const auto encoding = (*encoder)->encode(image, camera, prior);
+      ASSERT_TRUE(encoding.has_value());
+      EXPECT_LT((encoding->center_C.cast<double>() - moved_C).norm(), 1e-3) << "prior " << with_prior;
+      const auto latent_n = static_cast<std::size_t>(design.latent_size());
+      ASSERT_EQ(encoding->latent.size(), latent_n);
+      for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_EQ(encoding->latent[i], encoding->center_C[static_cast<Eigen::Index>(i)]);
+      for (std::size_t i = 3; i < latent_n; ++i) EXPECT_NEAR(encoding->latent[i], code[i], 1e-3) << i;
+      EXPECT_NEAR(encoding->validity, 1.0 / (1.0 + std::exp(-code[latent_n])), 1e-3);
+      EXPECT_NEAR(encoding->predicted_error_m, std::max(0.0, std::exp(code[latent_n + 1]) - 0.005), 1e-3);
+      EXPECT_LT(decoder_difference(*net, *bundle, encoding->latent), 1e-3);
+    }
+  }
+  static void expect_plain_exported(const Design& design) {
+    SCOPED_TRACE(design.name);
+    const auto net = trainer(design, 60);
+    steps(net.get(), 40);
+    const fs::path folder = folder_ / std::string(design.name);
+    ASSERT_TRUE(export_bundle(net->weights(), design, "test", folder).ok());
+    for (const char* name : {"encoder.onnx", "decoder.onnx"}) expect_valid_onnx(folder / name);
+    const auto bundle = model::Bundle::read(folder);
+    ASSERT_TRUE(bundle.ok()) << bundle.error();
+    auto encoder = perception::DepthEncoder::create(*bundle);
+    ASSERT_TRUE(encoder.ok()) << encoder.error();
+    GateLabel gate;
+    const std::vector<float> image = image_with_gate(&gate);
+    const auto encoding = (*encoder)->encode(image, dataset_camera(), std::nullopt);
+    ASSERT_TRUE(encoding.has_value());
+    std::vector<float> input(2 * kImageSize_px);
+    model::plain_input(image, input);
+    const auto code = net->plain(input);
+    const auto latent_n = static_cast<std::size_t>(design.latent_size());
+    ASSERT_EQ(encoding->latent.size(), latent_n);
+    for (std::size_t i = 0; i < latent_n; ++i) EXPECT_NEAR(encoding->latent[i], code[i], 1e-3) << i;
+    EXPECT_NEAR(encoding->validity, 1.0 / (1.0 + std::exp(-code[latent_n])), 1e-3);
+    EXPECT_LT(decoder_difference(*net, *bundle, encoding->latent), 1e-3);
+  }
+
   static inline fs::path folder_;
   static inline std::unique_ptr<Dataset> dataset_;
 };
 
 // Six images, seen again and again, must be learned nearly by heart: on ever new ones some dozen steps show little.
 TEST_F(Training, TwoLooksLearn) {
-  const auto net = trainer(false, 60);
-  const auto losses = steps_on_one_batch(net.get(), false, 60);
+  const auto net = trainer(design("two-look"), 60);
+  const auto losses = steps_on_one_batch(net.get(), 60);
   EXPECT_LT(losses.back().field_m, 0.6 * losses.front().field_m);
   EXPECT_LT(losses.back().field_m, 0.6 * losses.back().constant_m);
   EXPECT_LT(losses.back().total, 0.6 * losses.front().total);
 }
 
 TEST_F(Training, PlainNetworksLearn) {
-  const auto net = trainer(true, 80);
-  const auto losses = steps_on_one_batch(net.get(), true, 80);
+  const auto net = trainer(design("paper"), 80);
+  const auto losses = steps_on_one_batch(net.get(), 80);
   EXPECT_LT(losses.back().field_m, 0.7 * losses.front().field_m);
   EXPECT_LT(losses.back().field_m, 0.8 * losses.back().constant_m);
   EXPECT_LT(losses.back().depth, losses.front().depth);
 }
 
 TEST_F(Training, ResumedRunGivesTheSameWeights) {
-  for (const bool plain : {false, true}) {
-    const auto whole = trainer(plain, 12);
-    steps(whole.get(), plain, 12);
-    const auto first = trainer(plain, 12);
-    steps(first.get(), plain, 5);
+  for (const Design& each : designs()) {
+    const auto whole = trainer(each, 12);
+    steps(whole.get(), 12);
+    const auto first = trainer(each, 12);
+    steps(first.get(), 5);
     const fs::path file = folder_ / "resume.pt";
     ASSERT_TRUE(first->save(file).ok());
-    const auto second = trainer(plain, 12);
+    const auto second = trainer(each, 12);
     ASSERT_TRUE(second->load(file).ok());
     EXPECT_EQ(second->steps(), 5u);
-    steps(second.get(), plain, 7);
+    steps(second.get(), 7);
     const Weights expected = whole->weights();
     const Weights resumed = second->weights();
     ASSERT_EQ(expected.size(), resumed.size());
@@ -168,104 +255,37 @@ TEST_F(Training, ResumedRunGivesTheSameWeights) {
 
 TEST_F(Training, CheckpointOfOtherNetworksIsRefused) {
   const fs::path file = folder_ / "plain.pt";
-  ASSERT_TRUE(trainer(true, 10)->save(file).ok());
-  const Status loaded = trainer(false, 10)->load(file);
+  ASSERT_TRUE(trainer(design("paper"), 10)->save(file).ok());
+  const Status loaded = trainer(design("two-look"), 10)->load(file);
   ASSERT_FALSE(loaded.ok());
-  EXPECT_THAT(loaded.error(), testing::HasSubstr("belongs to the plain networks"));
+  EXPECT_THAT(loaded.error(), testing::HasSubstr("belongs to the design 'paper'"));
   std::ofstream(file, std::ios::trunc) << "no checkpoint";
-  EXPECT_THAT(trainer(true, 10)->load(file).error(), testing::HasSubstr("can't be read"));
-  EXPECT_THAT(trainer(true, 10)->load(folder_ / "nowhere.pt").error(), testing::HasSubstr("does not exist"));
+  EXPECT_THAT(trainer(design("paper"), 10)->load(file).error(), testing::HasSubstr("can't be read"));
+  EXPECT_THAT(trainer(design("paper"), 10)->load(folder_ / "nowhere.pt").error(), testing::HasSubstr("does not exist"));
 }
 
 TEST_F(Training, ExportedTwoLooksEqualLibtorch) {
-  const auto net = trainer(false, 60);
-  steps(net.get(), false, 40);
-  const fs::path folder = folder_ / "two_look";
-  ASSERT_TRUE(export_bundle(net->weights(), false, "test", folder).ok());
-  ASSERT_TRUE(export_bundle(net->weights(), false, "test", folder).ok()) << "a bundle can be replaced";
-  for (const char* name : {"look1.onnx", "look2.onnx", "decoder.onnx"}) expect_valid_onnx(folder / name);
-  const auto bundle = model::Bundle::read(folder);
-  ASSERT_TRUE(bundle.ok()) << bundle.error();
-  auto encoder = perception::DepthEncoder::create(*bundle);
-  ASSERT_TRUE(encoder.ok()) << encoder.error();
-
-  GateLabel gate;
-  const std::vector<float> image = image_with_gate(&gate);
-  const CameraModel& camera = dataset_camera();
-  // Without a prior: the first look, then the second (again where the first correction is large), step by step through
-  // libtorch.
-  const auto shape = model::look_shape(camera.width_px, camera.height_px);
-  std::vector<float> input(shape.input_size()), anchors(shape.anchor_size());
-  model::first_look_input(image, camera, input, anchors);
-  const auto seen = net->first_look(input, anchors);
-  const model::CropShape crop;
-  std::vector<float> cut(crop.input_size()), context(model::kCropContext);
-  const auto look = [&](const Eigen::Vector3d& center_C) {
-    EXPECT_GT(model::crop_input(image, camera, crop, center_C, cut, context), 0);
-    return net->second_look(cut, context);
-  };
-  for (const bool with_prior : {false, true}) {
-    Eigen::Vector3d center_C = with_prior
-                                   ? Eigen::Vector3d(gate.p_CG.cast<double>() + Eigen::Vector3d(0.05, -0.1, 0.08))
-                                   : Eigen::Vector3d(seen[0], seen[1], std::max(seen[2], 0.3f));
-    const auto prior = with_prior ? std::optional(center_C) : std::nullopt;
-    auto code = look(center_C);
-    Eigen::Vector3d moved_C = center_C + Eigen::Vector3d(code[0], code[1], code[2]);
-    if ((moved_C - center_C).norm() > 0.05) {
-      center_C = moved_C;
-      code = look(center_C);
-      moved_C = center_C + Eigen::Vector3d(code[0], code[1], code[2]);
-    }
-    const auto encoding = (*encoder)->encode(image, camera, prior);
-    ASSERT_TRUE(encoding.has_value());
-    EXPECT_LT((encoding->center_C.cast<double>() - moved_C).norm(), 1e-3) << "prior " << with_prior;
-    ASSERT_EQ(encoding->latent.size(), 131u);
-    for (std::size_t i = 0; i < 3; ++i)
-      EXPECT_EQ(encoding->latent[i], encoding->center_C[static_cast<Eigen::Index>(i)]);
-    for (std::size_t i = 3; i < 131; ++i) EXPECT_NEAR(encoding->latent[i], code[i], 1e-3) << i;
-    EXPECT_NEAR(encoding->validity, 1.0 / (1.0 + std::exp(-code[131])), 1e-3);
-    EXPECT_NEAR(encoding->predicted_error_m, std::max(0.0, std::exp(code[132]) - 0.005), 1e-3);
-    EXPECT_LT(decoder_difference(*net, *bundle, encoding->latent), 1e-3);
-  }
+  for (const char* name : {"two-look", "two-look-z64", "two-look-48"}) expect_two_looks_exported(design(name));
 }
 
 TEST_F(Training, ExportedPlainNetworksEqualLibtorch) {
-  const auto net = trainer(true, 60);
-  steps(net.get(), true, 40);
-  const fs::path folder = folder_ / "plain";
-  ASSERT_TRUE(export_bundle(net->weights(), true, "test", folder).ok());
-  for (const char* name : {"encoder.onnx", "decoder.onnx"}) expect_valid_onnx(folder / name);
-  const auto bundle = model::Bundle::read(folder);
-  ASSERT_TRUE(bundle.ok()) << bundle.error();
-  auto encoder = perception::DepthEncoder::create(*bundle);
-  ASSERT_TRUE(encoder.ok()) << encoder.error();
-  GateLabel gate;
-  const std::vector<float> image = image_with_gate(&gate);
-  const auto encoding = (*encoder)->encode(image, dataset_camera(), std::nullopt);
-  ASSERT_TRUE(encoding.has_value());
-  std::vector<float> input(2 * kImageSize_px);
-  model::plain_input(image, input);
-  const auto code = net->plain(input);
-  ASSERT_EQ(encoding->latent.size(), 128u);
-  for (std::size_t i = 0; i < 128; ++i) EXPECT_NEAR(encoding->latent[i], code[i], 1e-3) << i;
-  EXPECT_NEAR(encoding->validity, 1.0 / (1.0 + std::exp(-code[128])), 1e-3);
-  EXPECT_LT(decoder_difference(*net, *bundle, encoding->latent), 1e-3);
+  for (const char* name : {"paper", "plain-hyper"}) expect_plain_exported(design(name));
 }
 
 TEST_F(Training, ExportNamesAMissingWeight) {
-  Weights weights = trainer(false, 10)->weights();
+  Weights weights = trainer(design("two-look"), 10)->weights();
   weights.erase("first.deep2.weight");
-  const Status status = export_bundle(weights, false, "test", folder_ / "broken");
+  const Status status = export_bundle(weights, design("two-look"), "test", folder_ / "broken");
   ASSERT_FALSE(status.ok());
   EXPECT_THAT(status.error(), testing::HasSubstr("first.deep2.weight"));
   EXPECT_FALSE(fs::exists(folder_ / "broken"));
 }
 
 TEST_F(Training, BatchesDependOnTheStepAlone) {
-  const BatchOptions options = batch_options(false);
+  const BatchOptions options = batch_options(design("two-look"));
   std::vector<std::vector<float>> inputs;
   for (const int threads : {1, 3}) {
-    BatchQueue queue(*dataset_, options, 4, threads, 3);
+    BatchQueue queue({sources().begin(), sources().end()}, options, 4, threads, 3);
     for (std::uint64_t step = 4; step < 9; ++step) {
       auto batch = queue.next();
       EXPECT_EQ(batch->step, step);
@@ -281,12 +301,12 @@ TEST_F(Training, BatchesDependOnTheStepAlone) {
 
 TEST_F(Training, CropsTellGatesFromEmptyPlaces) {
   // Over many crops: valid ones lie at a gate and carry its field, the others are asked to say that nothing is there.
-  BatchOptions options = batch_options(false);
+  BatchOptions options = batch_options(design("two-look"));
   options.predicted_part = 0.0;
   int valid = 0, empty = 0;
   Batch batch;
   for (std::uint64_t step = 0; step < 20; ++step) {
-    make_batch(*dataset_, options, step, &batch);
+    make_batch(sources(), options, step, &batch);
     for (std::size_t crop = 0; crop < static_cast<std::size_t>(batch.crops); ++crop) {
       const Eigen::Vector3f center(&batch.crop_center[3 * crop]);
       const auto& gates = batch.gates[crop / 2];
@@ -312,7 +332,7 @@ TEST_F(Training, CropsTellGatesFromEmptyPlaces) {
 
 TEST_F(Training, LoopWritesLogAndBundleAndContinues) {
   TrainRun run;
-  run.dataset_file = folder_ / "mini.bin";
+  run.data = {{folder_ / "mini.h5"}};
   run.folder = folder_ / "loop";
   run.bundle_folder = folder_ / "loop-bundle";
   run.batch = 2;
@@ -335,13 +355,80 @@ TEST_F(Training, LoopWritesLogAndBundleAndContinues) {
   EXPECT_THAT(lines[2], testing::StartsWith("120,240,"));
 }
 
+TEST_F(Training, FrozenDecodersStayAsTheyAre) {
+  const auto first = trainer(design("two-look"), 12);
+  steps(first.get(), 6);
+  const fs::path file = folder_ / "stage1.pt";
+  ASSERT_TRUE(first->save(file).ok());
+  const auto second = trainer(design("two-look"), 12, true);
+  const auto left = second->start_from(file);
+  ASSERT_TRUE(left.ok()) << left.error();
+  EXPECT_TRUE(left->empty());
+  EXPECT_EQ(second->steps(), 0u);
+  steps(second.get(), 4);
+  const Weights before = first->weights();
+  bool encoder_moved = false;
+  for (const auto& [name, tensor] : second->weights()) {
+    if (name.rfind("decoder.", 0) == 0 || name.rfind("depth.", 0) == 0) {
+      EXPECT_EQ(tensor.values, before.at(name).values) << name;
+    } else {
+      encoder_moved = encoder_moved || tensor.values != before.at(name).values;
+    }
+  }
+  EXPECT_TRUE(encoder_moved);
+}
+
+TEST_F(Training, AnotherDesignTakesTheWeightsThatFit) {
+  const auto wide = trainer(design("two-look"), 12);
+  steps(wide.get(), 3);
+  const fs::path file = folder_ / "wide.pt";
+  ASSERT_TRUE(wide->save(file).ok());
+  const auto narrow = trainer(design("two-look-z64"), 12);
+  const auto left = narrow->start_from(file);
+  ASSERT_TRUE(left.ok()) << left.error();
+  EXPECT_THAT(*left, testing::UnorderedElementsAre("second.output.weight", "second.output.bias",
+                                                   "decoder.generator.weight", "depth.dense.weight", "normal.weight"));
+  EXPECT_EQ(narrow->weights().at("second.conv1.weight").values, wide->weights().at("second.conv1.weight").values);
+}
+
+TEST_F(Training, SourcesAreMixedByTheirParts) {
+  BatchOptions options = batch_options(design("paper"));
+  options.images = 200;
+  // The second source is rendered afresh; what differs between the two is the images themselves.
+  const std::vector<Source> both = {{dataset_.get(), 1.0, 0}, {nullptr, 3.0, 77}};
+  Batch batch;
+  make_batch(both, options, 0, &batch);
+  int from_set = 0;
+  for (std::size_t i = 0; i < 200; ++i) {
+    bool found = false;
+    for (std::uint64_t k = 0; k < dataset_->size() && !found; ++k) {
+      const auto view = dataset_->at(k);
+      float sum = 0.0f;
+      for (const auto mm : view.clean_mm) sum += 0.001f * static_cast<float>(mm);
+      const auto* clean = batch.clean_m.data() + i * kImageSize_px;
+      float mine = 0.0f;
+      for (int p = 0; p < kImageSize_px; ++p) mine += clean[p];
+      found = std::abs(sum - mine) < 1e-4f * sum;
+    }
+    from_set += found ? 1 : 0;
+  }
+  EXPECT_GT(from_set, 25);
+  EXPECT_LT(from_set, 80);
+}
+
+TEST_F(Training, UnknownDesignIsNamed) {
+  const auto none = find_design("tree-look");
+  ASSERT_FALSE(none.ok());
+  EXPECT_THAT(none.error(), testing::AllOf(testing::HasSubstr("'tree-look'"), testing::HasSubstr("'paper'")));
+}
+
 TEST_F(Training, MissingDataSetIsNamed) {
   TrainRun run;
-  run.dataset_file = folder_ / "none.bin";
+  run.data = {{folder_ / "none.h5"}};
   run.folder = folder_ / "none";
   const auto result = train(run);
   ASSERT_FALSE(result.ok());
-  EXPECT_THAT(result.error(), testing::HasSubstr("none.bin"));
+  EXPECT_THAT(result.error(), testing::HasSubstr("none.h5"));
 }
 
 }  // namespace
