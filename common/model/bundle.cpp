@@ -3,16 +3,19 @@
 #include <cmath>
 #include <exception>
 #include <map>
-#include <optional>
 
+#include "common/base/random.h"
+#include "common/model/decoder_reading.h"
 #include "common/model/onnx_file.h"
+#include "common/model/onnx_graph.h"
 #include "common/model/two_look.h"
 
 namespace gatefield::model {
 namespace {
 
-constexpr int kMaxLayers = 8;
-constexpr int kMaxWidth = 256;
+constexpr std::int64_t kMaxEncoderNumbers = 16'000'000;
+/// Beyond this an encoder's answer is no latent, centre or logit.
+constexpr double kMaxAnswer = 1e6;
 constexpr int kMaxLatent = 1024;
 constexpr int kMaxOctaves = 16;
 
@@ -43,165 +46,185 @@ Status check_manifest(const std::filesystem::path& file, const Manifest& manifes
         expect(std::isfinite(manifest.position_scale_m) && manifest.position_scale_m >= 1e-3 &&
                    manifest.position_scale_m <= 1e3,
                "position_scale_m", std::to_string(manifest.position_scale_m), "0.001 to 1000"),
-        expect(manifest.image_width_px >= 16 && manifest.image_width_px <= 4096 && manifest.image_width_px % 16 == 0,
-               "image_width_px", std::to_string(manifest.image_width_px), "a multiple of 16 up to 4096"),
-        expect(manifest.image_height_px >= 2 && manifest.image_height_px <= 4096 && manifest.image_height_px % 2 == 0,
-               "image_height_px", std::to_string(manifest.image_height_px), "an even number up to 4096"),
-        expect(manifest.crop_size_px >= 8 && manifest.crop_size_px <= 1024, "crop_size_px",
-               std::to_string(manifest.crop_size_px), "8 to 1024")}) {
+        expect(manifest.image_width_px >= 16 && manifest.image_width_px <= 1280 && manifest.image_width_px % 16 == 0,
+               "image_width_px", std::to_string(manifest.image_width_px), "a multiple of 16 up to 1280"),
+        expect(manifest.image_height_px >= 2 && manifest.image_height_px <= 1024 && manifest.image_height_px % 2 == 0,
+               "image_height_px", std::to_string(manifest.image_height_px), "an even number up to 1024"),
+        expect(manifest.crop_size_px >= 8 && manifest.crop_size_px <= 512, "crop_size_px",
+               std::to_string(manifest.crop_size_px), "8 to 512")}) {
     if (!status.ok()) return status;
   }
   return {};
 }
 
-/// layer<i>.weight [outputs][inputs] and layer<i>.bias, or generator.*; outputs from the file, within bounds.
-Result<Dense> read_dense(const std::filesystem::path& file, const onnx::GraphProto& graph, const std::string& name,
-                         int inputs, int multiple_of, int max_outputs) {
-  Result<std::vector<float>> weight = tensor(file, graph, name + ".weight", {kAnySize, inputs});
-  if (!weight.ok()) return Error{weight.error()};
-  const std::int64_t outputs = find_tensor(graph, name + ".weight")->dims(0);
-  if (outputs < 1 || outputs > max_outputs || outputs % multiple_of != 0) {
-    return wrong(file, "tensor '" + name + ".weight' has " + std::to_string(outputs) + " rows, expected " +
-                           (multiple_of > 1 ? "a multiple of " + std::to_string(multiple_of) + " up to "
-                                            : std::string("1 to ")) +
-                           std::to_string(max_outputs));
-  }
-  Result<std::vector<float>> bias = tensor(file, graph, name + ".bias", {outputs});
-  if (!bias.ok()) return Error{bias.error()};
-  return Dense{inputs, static_cast<int>(outputs), std::move(weight).value(), std::move(bias).value()};
+Result<Manifest> checked_manifest(const std::filesystem::path& file, const std::string& text) {
+  Result<Manifest> manifest = parse_manifest(text, file);
+  if (!manifest.ok()) return manifest;
+  if (Status status = check_manifest(file, *manifest); !status) return Error{status.error()};
+  return manifest;
 }
 
-Result<DecoderWeights> read_decoder(const std::filesystem::path& file, const onnx::GraphProto& graph,
-                                    const Manifest& manifest) {
-  if (Status status = check_input(file, graph, "latent", {kAnySize, manifest.latent_size}); !status.ok())
-    return Error{status.error()};
-  if (Status status = check_input(file, graph, "points", {kAnySize, 3}); !status.ok()) return Error{status.error()};
-  if (Status status = check_output(file, graph, "sdf", {kAnySize, 1}); !status.ok()) return Error{status.error()};
-
-  DecoderWeights weights;
-  weights.kind = manifest.decoder_kind;
-  weights.latent_size = manifest.latent_size;
-  weights.position_scale_m = manifest.position_scale_m;
-  int inputs = 0;
-  if (weights.kind == DecoderKind::kHyper) {
-    Result<Dense> generator = read_dense(file, graph, "generator", manifest.latent_size - 3, 4, 4 * kMaxWidth);
-    if (!generator.ok()) return Error{generator.error()};
-    weights.generator = std::move(generator).value();
-    inputs = weights.generator.outputs / 4;
-  } else {
-    if (find_tensor(graph, "generator.weight") != nullptr) {
-      return wrong(
-          file, "has a tensor 'generator.weight', expected none: the manifest says that the decoder is concatenated");
-    }
-    weights.encoding_octaves = manifest.encoding_octaves;
-    inputs = manifest.latent_size + 3 + 6 * manifest.encoding_octaves;
-  }
-  const auto name_of = [](int layer) { return "layer" + std::to_string(layer); };
-  int count = 0;
-  while (count <= kMaxLayers && find_tensor(graph, name_of(count) + ".weight") != nullptr) ++count;
-  if (count > kMaxLayers)
-    return wrong(file, "has a tensor '" + name_of(kMaxLayers) + ".weight', expected at most " +
-                           std::to_string(kMaxLayers) + " layers");
-  if (count == 0)
-    return wrong(file, "tensor 'layer0.weight' is missing, expected shape [any, " + std::to_string(inputs) + "]");
-  for (int i = 0; i < count; ++i) {
-    const bool last = i + 1 == count;
-    Result<Dense> layer = read_dense(file, graph, name_of(i), inputs, 1, last ? 1 : kMaxWidth);
-    if (!layer.ok()) return Error{layer.error()};
-    inputs = layer->outputs;
-    weights.layers.push_back(std::move(layer).value());
-  }
-  return weights;
-}
-
-/// The inputs and outputs that perception will feed and read (docs/training.md).
-Status check_encoder(const std::filesystem::path& file, const std::string& name, const onnx::GraphProto& graph,
-                     const Manifest& manifest) {
-  struct Port {
-    const char* name;
-    std::vector<std::int64_t> shape;
-  };
+/// What perception feeds a network of the encoder, and what it reads (docs/bring-your-own-network.md).
+struct Ports {
   std::vector<Port> inputs;
-  Port output{"code", {1, manifest.latent_size + 2}};
-  if (name == "look1.onnx") {
-    const LookShape shape = look_shape(manifest.image_width_px, manifest.image_height_px);
-    inputs = {{"input", {1, kLookChannels, shape.height, shape.width}},
-              {"anchors", {1, kAnchorChannels, shape.anchor_height(), shape.anchor_width()}}};
-    output = {"center", {1, 3}};
-  } else if (name == "look2.onnx") {
-    inputs = {{"crop", {1, kCropChannels, manifest.crop_size_px, manifest.crop_size_px}},
-              {"context", {1, kCropContext}}};
-  } else {
-    inputs = {{"image", {1, 2, manifest.image_height_px, manifest.image_width_px}}};
-  }
-  for (const Port& input : inputs) {
-    if (Status status = check_input(file, graph, input.name, input.shape); !status.ok()) return status;
-  }
-  return check_output(file, graph, output.name, output.shape);
-}
-
-struct Content {
-  Manifest manifest;
-  DecoderWeights decoder;
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  Port output;
 };
 
-Result<Content> read_content(const std::filesystem::path& folder) {
-  std::error_code code;
-  if (!std::filesystem::is_directory(folder, code)) {
-    return Error{folder.string() +
-                 " is not a folder, expected a model bundle with manifest.txt, decoder.onnx and the encoder's files"};
-  }
-  Content content;
-  std::map<std::string, std::string> files;  // sorted by name, as the hash wants them
-  Result<std::string> manifest_text = read_file(folder / "manifest.txt");
-  if (!manifest_text.ok()) return Error{manifest_text.error()};
-  files["manifest.txt"] = std::move(manifest_text).value();
-  Result<Manifest> manifest = read_manifest(folder / "manifest.txt");
-  if (!manifest.ok()) return Error{manifest.error()};
-  content.manifest = std::move(manifest).value();
-  if (Status status = check_manifest(folder / "manifest.txt", content.manifest); !status.ok())
-    return Error{status.error()};
-
-  std::vector<std::string> names{"decoder.onnx"};
-  if (content.manifest.encoder_kind == "two_look") {
-    names.insert(names.end(), {"look1.onnx", "look2.onnx"});
+Ports ports_of(const std::string& name, const Manifest& manifest) {
+  Ports ports;
+  ports.output = {"code", {1, manifest.latent_size + 2}};
+  if (name == "look1.onnx") {
+    const LookShape shape = look_shape(manifest.image_width_px, manifest.image_height_px);
+    ports.inputs = {{"input", {1, kLookChannels, shape.height, shape.width}},
+                    {"anchors", {1, kAnchorChannels, shape.anchor_height(), shape.anchor_width()}}};
+    ports.output = {"center", {1, 3}};
+  } else if (name == "look2.onnx") {
+    ports.inputs = {{"crop", {1, kCropChannels, manifest.crop_size_px, manifest.crop_size_px}},
+                    {"context", {1, kCropContext}}};
   } else {
-    names.emplace_back("encoder.onnx");
+    ports.inputs = {{"image", {1, 2, manifest.image_height_px, manifest.image_width_px}}};
   }
-  for (const std::string& name : names) {
-    const std::filesystem::path file = folder / name;
-    Result<std::string> bytes = read_file(file);
-    if (!bytes.ok()) return Error{bytes.error()};
-    const Result<onnx::ModelProto> network = parse_onnx(file, *bytes);
-    if (!network.ok()) return Error{network.error()};
-    if (name == "decoder.onnx") {
-      Result<DecoderWeights> decoder = read_decoder(file, network->graph(), content.manifest);
-      if (!decoder.ok()) return Error{decoder.error()};
-      content.decoder = std::move(decoder).value();
-    } else if (Status status = check_encoder(file, name, network->graph(), content.manifest); !status.ok()) {
-      return Error{status.error()};
+  return ports;
+}
+
+NetworkTensor tensor_of(const std::string& name, const Array& array) {
+  return {name, {array.shape.begin(), array.shape.end()}, {array.values.begin(), array.values.end()}};
+}
+
+/// Checks a network of the encoder by running it slowly on numbers of a depth image's size.
+Result<Network> check_encoder(const std::filesystem::path& file, const std::string& bytes, const Manifest& manifest) {
+  const Result<onnx::ModelProto> model = parse_onnx(file, bytes);
+  if (!model.ok()) return Error{model.error()};
+  const Ports ports = ports_of(file.filename().string(), manifest);
+  if (Status status = check_ports(file, model->graph(), ports.inputs, ports.output.name); !status)
+    return Error{status.error()};
+  const Result<Graph> graph = Graph::compile(file, *model);
+  if (!graph.ok()) return Error{graph.error()};
+
+  Network network;
+  network.file = file.filename().string();
+  network.bytes = std::make_shared<const std::string>(bytes);
+  Random random(1);
+  std::map<std::string, Array> inputs;
+  for (const Port& port : ports.inputs) {
+    Array& array = inputs[port.name];
+    array.shape = port.shape;
+    std::size_t count = 1;
+    for (const std::int64_t size : port.shape) count *= static_cast<std::size_t>(size);
+    for (std::size_t i = 0; i < count; ++i) array.values.push_back(random.uniform());  // 24 bits: exact as float
+    network.inputs.push_back(tensor_of(port.name, array));
+  }
+  const Result<Evaluation> evaluation = graph->evaluate(inputs, {kMaxEncoderMultiplyAdds, kMaxEncoderNumbers});
+  if (!evaluation.ok()) return Error{evaluation.error()};
+  network.multiply_adds = evaluation->multiply_adds;
+  const int slot = graph->slot(ports.output.name);
+  const Array* const answer = slot < 0 ? nullptr : evaluation->values[static_cast<std::size_t>(slot)];
+  if (answer == nullptr || answer->shape != ports.output.shape) {
+    return wrong(file, "gives " + in_quotes(ports.output.name) + " of shape " +
+                           (answer == nullptr ? "nothing" : shape_text(answer->shape)) + ", expected " +
+                           shape_text(ports.output.shape));
+  }
+  for (std::size_t i = 0; i < answer->values.size(); ++i) {
+    if (!(std::abs(answer->values[i]) <= kMaxAnswer)) {
+      return wrong(file, "gives " + std::to_string(answer->values[i]) + " as element " + std::to_string(i) + " of " +
+                             in_quotes(ports.output.name) +
+                             " for inputs between 0 and 1, expected a size up to a million");
     }
-    files[name] = std::move(bytes).value();
   }
-  for (const auto& [name, bytes] : files) content.hash = fnv1a(bytes, fnv1a(name, content.hash));
-  return content;
+  network.output = tensor_of(ports.output.name, *answer);
+  return network;
+}
+
+Result<DecoderWeights> check_decoder(const std::filesystem::path& file, const std::string& bytes,
+                                     const Manifest& manifest) {
+  const Result<onnx::ModelProto> model = parse_onnx(file, bytes);
+  if (!model.ok()) return Error{model.error()};
+  // One latent for all points; or one for each, which then are all the same.
+  const std::vector<Port> once{{"latent", {1, manifest.latent_size}}, {"points", {kOpenSize, 3}}};
+  const std::vector<Port> repeated{{"latent", {kOpenSize, manifest.latent_size}}, {"points", {kOpenSize, 3}}};
+  const bool repeats = check_ports(file, model->graph(), repeated, "sdf").ok();
+  if (Status status = check_ports(file, model->graph(), once, "sdf"); !repeats && !status) return Error{status.error()};
+  const Result<Graph> graph = Graph::compile(file, *model);
+  if (!graph.ok()) return Error{graph.error()};
+  return read_decoder(file, *graph, repeats, manifest);
+}
+
+std::vector<std::string> onnx_files(const Manifest& manifest) {
+  if (manifest.encoder_kind == "two_look") return {"look1.onnx", "look2.onnx"};
+  return {"encoder.onnx"};
 }
 
 }  // namespace
 
-Result<Bundle> Bundle::read(const std::filesystem::path& folder) {
-  // What reading can still throw (no memory, an impossible path) ends here, as a sentence like everything else.
+Result<Bundle> Bundle::parse(const std::filesystem::path& folder, const std::map<std::string, std::string>& files) {
+  // What reading can still throw (no memory) ends here, as a sentence like everything else.
   try {
-    Result<Content> content = read_content(folder);
-    if (!content.ok()) return Error{content.error()};
     Bundle bundle;
     bundle.folder_ = folder;
-    bundle.manifest_ = std::move(content.value().manifest);
-    bundle.decoder_ = std::move(content.value().decoder);
-    bundle.hash_ = content->hash;
+    std::map<std::string, const std::string*> used;  // sorted by name, as the hash wants them
+    const auto file = [&](const std::string& name) -> const std::string* {
+      const auto found = files.find(name);
+      return found == files.end() ? nullptr : used[name] = &found->second;
+    };
+    const auto missing = [&](const std::string& name) { return wrong(folder / name, "is missing or not a file"); };
+
+    const std::string* const text = file("manifest.txt");
+    if (text == nullptr) return missing("manifest.txt");
+    Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", *text);
+    if (!manifest.ok()) return Error{manifest.error()};
+    bundle.manifest_ = std::move(manifest).value();
+
+    const std::string* const decoder_bytes = file("decoder.onnx");
+    if (decoder_bytes == nullptr) return missing("decoder.onnx");
+    Result<DecoderWeights> decoder = check_decoder(folder / "decoder.onnx", *decoder_bytes, bundle.manifest_);
+    if (!decoder.ok()) return Error{decoder.error()};
+    bundle.decoder_ = std::move(decoder).value();
+
+    for (const std::string& name : onnx_files(bundle.manifest_)) {
+      const std::string* const bytes = file(name);
+      if (bytes == nullptr) return missing(name);
+      Result<Network> network = check_encoder(folder / name, *bytes, bundle.manifest_);
+      if (!network.ok()) return Error{network.error()};
+      if (network->multiply_adds > kNominalEncoderMultiplyAdds) {
+        bundle.warnings_.push_back((folder / name).string() + " takes " +
+                                   std::to_string(network->multiply_adds / 1'000'000) +
+                                   " million multiplications an image, expected at most " +
+                                   std::to_string(kNominalEncoderMultiplyAdds / 1'000'000) +
+                                   " million: the perception thread may not keep up with the camera");
+      }
+      bundle.networks_.push_back(std::move(network).value());
+    }
+    for (const auto& [name, bytes] : used) bundle.hash_ = fnv1a(*bytes, fnv1a(name, bundle.hash_));
     return bundle;
   } catch (const std::exception& exception) {
+    return Error{folder.string() + ": can't read the model bundle: " + exception.what()};
+  }
+}
+
+Result<Bundle> Bundle::read(const std::filesystem::path& folder) {
+  try {
+    std::error_code code;
+    if (!std::filesystem::is_directory(folder, code)) {
+      return Error{folder.string() +
+                   " is not a folder, expected a model bundle with manifest.txt, decoder.onnx and the encoder's files"};
+    }
+    std::map<std::string, std::string> files;
+    const auto take = [&](const std::string& name) -> Status {
+      Result<std::string> bytes = read_file(folder / name);
+      if (!bytes.ok()) return Error{bytes.error()};
+      files[name] = std::move(bytes).value();
+      return {};
+    };
+    if (Status status = take("manifest.txt"); !status) return Error{status.error()};
+    const Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", files["manifest.txt"]);
+    if (!manifest.ok()) return Error{manifest.error()};
+    std::vector<std::string> names = onnx_files(*manifest);
+    names.insert(names.begin(), "decoder.onnx");
+    for (const std::string& name : names) {
+      if (Status status = take(name); !status) return Error{status.error()};
+    }
+    return parse(folder, files);
+  } catch (const std::exception& exception) {  // an impossible path
     return Error{folder.string() + ": can't read the model bundle: " + exception.what()};
   }
 }

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,9 +24,9 @@ enum class DecoderKind {
   kHyper,         ///< ours: z makes the first layer's weights and bias on p - centre (docs/training.md)
 };
 
-/// Decoder weights as they stand in decoder.onnx. Hidden activation is ReLU, the last layer is linear, one output: s in
-/// metres. kConcatenated: layers[0] has latent_size + 3 + 6 L inputs in the order [z, p, sin(2^0 pi p / S), cos(2^0 pi
-/// p / S), sin(2^1 ...) ...]
+/// Decoder weights as decoder.onnx has them, whatever its nodes are called (decoder_reading.h). Hidden activation is
+/// ReLU, the last layer is linear, one output: s in metres. kConcatenated: layers[0] has latent_size + 3 + 6 L inputs
+/// in the order [z, p, sin(2^0 pi p / S), cos(2^0 pi p / S), sin(2^1 ...) ...]
 ///   (each a triple x y z), p in the camera frame, S = position_scale_m.
 /// kHyper: `generator` maps z (latent without its leading 3 centre coordinates) to 4 h numbers: W1 row-major [h][3],
 /// then b1 [h];
@@ -59,28 +61,64 @@ struct Manifest {
   double validity_threshold = 0.5;
 };
 
+/// What a network takes or gives: float, row-major.
+struct NetworkTensor {
+  std::string name;
+  std::vector<int> shape;
+  std::vector<float> values;
+};
+
+/// An encoder's network that has been checked, and what it has to answer: whoever runs it by other means (OpenCV) first
+/// sees whether that gives the same.
+struct Network {
+  std::string file;  ///< "encoder.onnx"
+  std::shared_ptr<const std::string> bytes;
+  std::int64_t multiply_adds = 0;
+  std::vector<NetworkTensor> inputs;  ///< a test case
+  NetworkTensor output;               ///< what ONNX's definition makes of it, computed in double precision
+};
+
+/// More multiplications in one encoder's network are an error, or worth a warning.
+inline constexpr std::int64_t kMaxEncoderMultiplyAdds = 200'000'000;
+inline constexpr std::int64_t kNominalEncoderMultiplyAdds = 30'000'000;
+
 /// A trained model: manifest.txt and its ONNX files (look1.onnx, look2.onnx or encoder.onnx; decoder.onnx) in one
-/// folder. Reading checks every file against the manifest before anything runs it; errors name file, tensor and what
-/// was expected.
+/// folder (docs/bring-your-own-network.md). Reading checks every file against the manifest before anything runs it:
+/// operators, shapes, sizes, and by a slow evaluation of its own that they compute what they should. Errors name file,
+/// node or tensor and what was expected. Thread-safe: yes (const).   Real-time safe: no.
 class Bundle {
  public:
   static Result<Bundle> read(const std::filesystem::path& folder);
+  /// The same from memory.
+  /// @param files   content by name; further files are ignored
+  /// @param folder  stands in messages
+  static Result<Bundle> parse(const std::filesystem::path& folder, const std::map<std::string, std::string>& files);
 
   const Manifest& manifest() const noexcept { return manifest_; }
   const DecoderWeights& decoder() const noexcept { return decoder_; }
+  /// The encoder's networks: look1.onnx and look2.onnx, or encoder.onnx.
+  const std::vector<Network>& networks() const noexcept { return networks_; }
   const std::filesystem::path& folder() const noexcept { return folder_; }
   std::uint64_t hash() const noexcept {
     return hash_;
   }  ///< FNV-1a over all files: says which latents fit which decoder
+  /// Sentences about what works but shouldn't be so; empty for most.
+  const std::vector<std::string>& warnings() const noexcept { return warnings_; }
 
  private:
   std::filesystem::path folder_;
   Manifest manifest_;
   DecoderWeights decoder_;
-  std::uint64_t hash_ = 0;
+  std::vector<Network> networks_;
+  std::vector<std::string> warnings_;
+  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
 };
 
+/// manifest.txt as text.
+std::string manifest_text(const Manifest& manifest);
 Status write_manifest(const Manifest& manifest, const std::filesystem::path& file);
 Result<Manifest> read_manifest(const std::filesystem::path& file);
+/// @param text  the content of `file`, which stands in messages
+Result<Manifest> parse_manifest(const std::string& text, const std::filesystem::path& file);
 
 }  // namespace gatefield::model

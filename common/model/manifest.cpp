@@ -43,7 +43,7 @@ Status check(const Manifest& manifest) {
 
 }  // namespace
 
-Status write_manifest(const Manifest& manifest, const std::filesystem::path& file) {
+std::string manifest_text(const Manifest& manifest) {
   proto::Manifest message;
   message.set_name(manifest.name);
   message.set_encoder_kind(manifest.encoder_kind);
@@ -64,19 +64,21 @@ Status write_manifest(const Manifest& manifest, const std::filesystem::path& fil
   message.set_crop_size_px(manifest.crop_size_px);
   message.set_validity_threshold(manifest.validity_threshold);
   std::string text;
-  if (!google::protobuf::TextFormat::PrintToString(message, &text)) {
-    return Error{file.string() + ": the manifest can't be put into text"};
-  }
+  google::protobuf::TextFormat::PrintToString(message, &text);  // fails for messages of unknown types only
+  return "# Model bundle of Gatefield; the fields are explained in common/model/manifest.proto.\n" + text;
+}
+
+Status write_manifest(const Manifest& manifest, const std::filesystem::path& file) {
   std::ofstream out(file, std::ios::trunc);
-  out << "# Model bundle of Gatefield; the fields are explained in common/model/manifest.proto.\n" << text;
+  out << manifest_text(manifest);
   out.close();
   if (!out) return Error{file.string() + " can't be written"};
   return {};
 }
 
-Result<Manifest> read_manifest(const std::filesystem::path& file) {
-  proto::Manifest message;
-  if (const Status loaded = config::load_text(file, &message); !loaded) return Error{loaded.error()};
+namespace {
+
+Result<Manifest> manifest_of(const proto::Manifest& message, const std::filesystem::path& file) {
   Manifest manifest;
   manifest.name = message.name();
   manifest.encoder_kind = message.encoder_kind();
@@ -98,6 +100,20 @@ Result<Manifest> read_manifest(const std::filesystem::path& file) {
   manifest.validity_threshold = message.validity_threshold();
   if (const Status checked = check(manifest); !checked) return Error{file.string() + ": " + checked.error()};
   return manifest;
+}
+
+}  // namespace
+
+Result<Manifest> read_manifest(const std::filesystem::path& file) {
+  proto::Manifest message;
+  if (const Status loaded = config::load_text(file, &message); !loaded) return Error{loaded.error()};
+  return manifest_of(message, file);
+}
+
+Result<Manifest> parse_manifest(const std::string& text, const std::filesystem::path& file) {
+  proto::Manifest message;
+  if (const Status parsed = config::parse_text(text, file.string(), &message); !parsed) return Error{parsed.error()};
+  return manifest_of(message, file);
 }
 
 }  // namespace gatefield::model

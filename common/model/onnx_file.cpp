@@ -5,12 +5,13 @@
 #include <google/protobuf/wire_format_lite.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <set>
-#include <string_view>
+#include <utility>
+
+#include "common/model/onnx_graph.h"
 
 namespace gatefield::model {
 namespace {
@@ -21,70 +22,11 @@ namespace pb = google::protobuf;
 /// could take gigabytes; networks of ours have some thousands.
 constexpr int kMaxFields = 200'000;
 constexpr int kMaxDepth = 32;
-
-/// What our networks are made of. None runs code, opens files or loops.
-constexpr std::array kOperators = std::to_array<std::string_view>({"Abs",
-                                                                   "Add",
-                                                                   "AveragePool",
-                                                                   "BatchNormalization",
-                                                                   "Cast",
-                                                                   "Ceil",
-                                                                   "Clip",
-                                                                   "Concat",
-                                                                   "Constant",
-                                                                   "Conv",
-                                                                   "Cos",
-                                                                   "Div",
-                                                                   "Exp",
-                                                                   "Expand",
-                                                                   "Flatten",
-                                                                   "Floor",
-                                                                   "Gather",
-                                                                   "Gemm",
-                                                                   "GlobalAveragePool",
-                                                                   "GlobalMaxPool",
-                                                                   "Identity",
-                                                                   "LeakyRelu",
-                                                                   "Log",
-                                                                   "MatMul",
-                                                                   "Max",
-                                                                   "MaxPool",
-                                                                   "Min",
-                                                                   "Mul",
-                                                                   "Neg",
-                                                                   "Pad",
-                                                                   "Pow",
-                                                                   "ReduceMax",
-                                                                   "ReduceMean",
-                                                                   "ReduceSum",
-                                                                   "Relu",
-                                                                   "Reshape",
-                                                                   "Resize",
-                                                                   "Shape",
-                                                                   "Sigmoid",
-                                                                   "Sin",
-                                                                   "Slice",
-                                                                   "Softmax",
-                                                                   "Split",
-                                                                   "Sqrt",
-                                                                   "Squeeze",
-                                                                   "Sub",
-                                                                   "Tanh",
-                                                                   "Tile",
-                                                                   "Transpose",
-                                                                   "Unsqueeze",
-                                                                   "Upsample"});
-
-bool known_operator(const std::string& name) {
-  return std::find(kOperators.begin(), kOperators.end(), name) != kOperators.end();
-}
-
-/// Names come from the file: no control characters and no novels in our messages.
-std::string quoted(const std::string& name) {
-  std::string text = "'";
-  for (const char c : name.substr(0, 60)) text += c >= ' ' && c <= '~' ? c : '?';
-  return text + (name.size() > 60 ? "...'" : "'");
-}
+constexpr int kMaxNodes = 2000;
+constexpr int kMaxTensors = 2000;
+/// What torch.onnx.export writes for opset_version 11 to 17, and OpenCV reads.
+constexpr int kOldestOperators = 11;
+constexpr int kNewestOperators = 17;
 
 Error wrong(const std::filesystem::path& file, const std::string& what) { return Error{file.string() + ": " + what}; }
 
@@ -128,20 +70,16 @@ bool count_fields(pb::io::CodedInputStream* in, const pb::Descriptor* type, int 
   return in->ConsumedEntireMessage();
 }
 
-std::string shape_text(const std::vector<std::int64_t>& shape) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < shape.size(); ++i) {
-    text += (i ? ", " : "") + (shape[i] == kAnySize ? std::string("any") : std::to_string(shape[i]));
-  }
-  return text + "]";
+bool fits(const std::vector<std::int64_t>& shape, const std::vector<std::int64_t>& expected) {
+  return std::equal(shape.begin(), shape.end(), expected.begin(), expected.end(),
+                    [](std::int64_t a, std::int64_t b) { return b == kAnySize || a == b; });
 }
 
-bool fits(const std::vector<std::int64_t>& shape, const std::vector<std::int64_t>& expected) {
-  if (shape.size() != expected.size()) return false;
-  for (std::size_t i = 0; i < shape.size(); ++i) {
-    if (expected[i] != kAnySize && shape[i] != expected[i]) return false;
-  }
-  return true;
+std::string type_text(int type) {
+  return "ONNX data type " + std::to_string(type) +
+         (onnx::TensorProto::DataType_IsValid(type)
+              ? " (" + onnx::TensorProto::DataType_Name(static_cast<onnx::TensorProto::DataType>(type)) + ")"
+              : "");
 }
 
 std::vector<std::int64_t> shape_of(const onnx::TensorProto& proto) {
@@ -151,18 +89,19 @@ std::vector<std::int64_t> shape_of(const onnx::TensorProto& proto) {
 /// Number of elements that the shape says; -1 when it can't be.
 std::int64_t elements_of(const onnx::TensorProto& proto) {
   std::int64_t count = 1;
+  bool empty = false;
   if (proto.dims_size() > 8) return -1;
   for (const std::int64_t size : proto.dims()) {
     if (size < 0 || size > static_cast<std::int64_t>(kMaxFileBytes)) return -1;
-    count *= size;
+    empty = empty || size == 0;
+    count *= std::max(size, std::int64_t{1});  // strides are products of the others even if one is 0
     if (count > static_cast<std::int64_t>(kMaxFileBytes)) return -1;
   }
-  return count;
+  return empty ? 0 : count;
 }
 
 /// Data complete, in this file, of a type that our networks have, and finite.
-Status check_tensor(const std::filesystem::path& file, const onnx::TensorProto& proto) {
-  const std::string name = "tensor " + quoted(proto.name());
+Status check_tensor(const std::filesystem::path& file, const std::string& name, const onnx::TensorProto& proto) {
   if (proto.data_location() == onnx::TensorProto::EXTERNAL || proto.external_data_size() > 0) {
     return wrong(file, name + " has its data in another file, expected it in this one");
   }
@@ -185,8 +124,8 @@ Status check_tensor(const std::filesystem::path& file, const onnx::TensorProto& 
       listed = proto.int64_data_size();
       break;
     default:
-      return wrong(file, name + " has ONNX data type " + std::to_string(proto.data_type()) +
-                             ", expected 1 (float), 6 (int32) or 7 (int64)");
+      return wrong(file,
+                   name + " has " + type_text(proto.data_type()) + ", expected 1 (FLOAT), 6 (INT32) or 7 (INT64)");
   }
   if (proto.has_raw_data()) {
     if (listed != 0) return wrong(file, name + " has its data twice");
@@ -215,54 +154,61 @@ Status check_tensor(const std::filesystem::path& file, const onnx::TensorProto& 
   return {};
 }
 
+/// PyTorch 1.13 names every node, others none; what it makes has a name anyway.
+std::string node_name(const onnx::NodeProto& node) {
+  return in_quotes(node.name().empty() && node.output_size() > 0 ? node.output(0) : node.name());
+}
+
 Status check_graph(const std::filesystem::path& file, const onnx::GraphProto& graph) {
   if (graph.sparse_initializer_size() > 0) return wrong(file, "has sparse tensors, expected dense ones");
+  if (graph.node_size() > kMaxNodes || graph.initializer_size() > kMaxTensors) {
+    return wrong(file, "has " + std::to_string(graph.node_size()) + " nodes and " +
+                           std::to_string(graph.initializer_size()) + " weights, expected at most " +
+                           std::to_string(kMaxNodes) + " and " + std::to_string(kMaxTensors));
+  }
   std::set<std::string> names;
   for (const onnx::TensorProto& proto : graph.initializer()) {
-    if (!names.insert(proto.name()).second) return wrong(file, "tensor " + quoted(proto.name()) + " is there twice");
-    if (Status status = check_tensor(file, proto); !status.ok()) return status;
+    if (!names.insert(proto.name()).second) return wrong(file, "tensor " + in_quotes(proto.name()) + " is there twice");
+    if (Status status = check_tensor(file, "tensor " + in_quotes(proto.name()), proto); !status.ok()) return status;
   }
   for (const onnx::NodeProto& node : graph.node()) {
     if ((!node.domain().empty() && node.domain() != "ai.onnx") || !known_operator(node.op_type())) {
-      return wrong(file, "node " + quoted(node.name()) + " is the operator " + quoted(node.op_type()) +
-                             (node.domain().empty() ? "" : " of domain " + quoted(node.domain())) +
-                             ", expected one of those that Gatefield's networks are made of (docs/training.md)");
+      return wrong(file, "node " + node_name(node) + " is the operator " + in_quotes(node.op_type()) +
+                             (node.domain().empty() ? "" : " of domain " + in_quotes(node.domain())) +
+                             ", expected one of those that docs/bring-your-own-network.md lists");
     }
     for (const onnx::AttributeProto& attribute : node.attribute()) {
       if (attribute.has_g() || attribute.graphs_size() > 0 || attribute.has_sparse_tensor() ||
-          attribute.sparse_tensors_size() > 0) {
-        return wrong(file, "node " + quoted(node.name()) + " has the attribute " + quoted(attribute.name()) +
+          attribute.sparse_tensors_size() > 0 || attribute.tensors_size() > 0) {
+        return wrong(file, "node " + node_name(node) + " has the attribute " + in_quotes(attribute.name()) +
                                " with a graph or sparse tensor in it, expected plain values");
       }
       if (attribute.has_t()) {
-        if (Status status = check_tensor(file, attribute.t()); !status.ok()) return status;
-      }
-      for (const onnx::TensorProto& proto : attribute.tensors()) {
-        if (Status status = check_tensor(file, proto); !status.ok()) return status;
+        const std::string name = "the tensor in node " + node_name(node);
+        if (Status status = check_tensor(file, name, attribute.t()); !status.ok()) return status;
       }
     }
-  }
-  return {};
-}
-
-Status check_value(const std::filesystem::path& file, const pb::RepeatedPtrField<onnx::ValueInfoProto>& values,
-                   const std::string& kind, const std::string& name, const std::vector<std::int64_t>& expected) {
-  const auto found =
-      std::find_if(values.begin(), values.end(), [&](const auto& value) { return value.name() == name; });
-  if (found == values.end()) {
-    return wrong(file, "has no " + kind + " " + quoted(name) + ", expected one of shape " + shape_text(expected));
-  }
-  const onnx::TypeProto::Tensor& type = found->type().tensor_type();
-  std::vector<std::int64_t> shape;
-  for (const auto& dim : type.shape().dim()) shape.push_back(dim.has_dim_value() ? dim.dim_value() : kAnySize);
-  if (type.elem_type() != onnx::TensorProto::FLOAT || !fits(shape, expected)) {
-    return wrong(file, kind + " " + quoted(name) + " has shape " + shape_text(shape) + " of ONNX data type " +
-                           std::to_string(type.elem_type()) + ", expected " + shape_text(expected) + " of 1 (float)");
   }
   return {};
 }
 
 }  // namespace
+
+std::string in_quotes(const std::string& name) {
+  std::string text = "'";
+  for (const char c : name.substr(0, 60)) text += c >= ' ' && c <= '~' ? c : '?';
+  return text + (name.size() > 60 ? "...'" : "'");
+}
+
+std::string shape_text(const std::vector<std::int64_t>& shape) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    text += (i ? ", " : "") + (shape[i] == kAnySize    ? std::string("any")
+                               : shape[i] == kOpenSize ? std::string("N")
+                                                       : std::to_string(shape[i]));
+  }
+  return text + "]";
+}
 
 Result<std::string> read_file(const std::filesystem::path& file) {
   std::error_code code;
@@ -295,47 +241,59 @@ Result<onnx::ModelProto> parse_onnx(const std::filesystem::path& file, const std
   if (!model.ParseFromArray(data, size)) return wrong(file, "is cut off or not an ONNX file");
   if (!model.has_graph() || model.graph().node_size() == 0) return wrong(file, "has no graph: not an ONNX network");
   if (model.functions_size() > 0) return wrong(file, "defines functions of its own, expected none");
+  if (const int version = operator_set(model); version < kOldestOperators || version > kNewestOperators) {
+    return wrong(file, (version == 0 ? std::string("names no version of ONNX's operators")
+                                     : "is written with operator set " + std::to_string(version)) +
+                           ", expected " + std::to_string(kOldestOperators) + " to " +
+                           std::to_string(kNewestOperators) + " (opset_version of torch.onnx.export)");
+  }
   if (Status status = check_graph(file, model.graph()); !status.ok()) return Error{status.error()};
   return model;
 }
 
-const onnx::TensorProto* find_tensor(const onnx::GraphProto& graph, const std::string& name) {
-  for (const onnx::TensorProto& proto : graph.initializer()) {
-    if (proto.name() == name) return &proto;
+int operator_set(const onnx::ModelProto& model) {
+  std::int64_t version = 0;
+  for (const auto& set : model.opset_import()) {
+    if (set.domain().empty() || set.domain() == "ai.onnx") version = set.version();
   }
-  return nullptr;
+  return static_cast<int>(std::clamp(version, std::int64_t{0}, std::int64_t{1'000'000}));
 }
 
-Result<std::vector<float>> tensor(const std::filesystem::path& file, const onnx::GraphProto& graph,
-                                  const std::string& name, const std::vector<std::int64_t>& shape) {
-  const onnx::TensorProto* proto = find_tensor(graph, name);
-  if (proto == nullptr)
-    return wrong(file, "tensor " + quoted(name) + " is missing, expected shape " + shape_text(shape));
-  if (proto->data_type() != onnx::TensorProto::FLOAT) {
-    return wrong(file, "tensor " + quoted(name) + " has ONNX data type " + std::to_string(proto->data_type()) +
-                           ", expected 1 (float)");
+Status check_ports(const std::filesystem::path& file, const onnx::GraphProto& graph, const std::vector<Port>& inputs,
+                   const std::string& output) {
+  for (const Port& port : inputs) {
+    const auto found = std::find_if(graph.input().begin(), graph.input().end(),
+                                    [&](const auto& value) { return value.name() == port.name; });
+    if (found == graph.input().end()) {
+      return wrong(file, "has no input " + in_quotes(port.name) + ", expected one of shape " + shape_text(port.shape));
+    }
+    const onnx::TypeProto::Tensor& type = found->type().tensor_type();
+    std::vector<std::int64_t> shape;
+    for (const auto& dim : type.shape().dim()) shape.push_back(dim.has_dim_value() ? dim.dim_value() : kOpenSize);
+    if (type.elem_type() != onnx::TensorProto::FLOAT || !fits(shape, port.shape)) {
+      return wrong(file, "input " + in_quotes(port.name) + " has shape " + shape_text(shape) + " of " +
+                             type_text(type.elem_type()) + ", expected " + shape_text(port.shape) + " of " +
+                             type_text(onnx::TensorProto::FLOAT) +
+                             (std::count(port.shape.begin(), port.shape.end(), kOpenSize) > 0
+                                  ? ", N left open (dynamic_axes of torch.onnx.export)"
+                                  : ""));
+    }
   }
-  if (!fits(shape_of(*proto), shape)) {
-    return wrong(file, "tensor " + quoted(name) + " has shape " + shape_text(shape_of(*proto)) + ", expected " +
-                           shape_text(shape));
+  for (const auto& value : graph.input()) {
+    const auto same_name = [&](const auto& other) { return other.name() == value.name(); };
+    if (std::none_of(inputs.begin(), inputs.end(), [&](const Port& port) { return port.name == value.name(); }) &&
+        std::none_of(graph.initializer().begin(), graph.initializer().end(), same_name)) {
+      std::string names;
+      for (const Port& port : inputs) names += (names.empty() ? "'" : ", '") + port.name + "'";
+      return wrong(file, "has the input " + in_quotes(value.name()) + ", expected only " + names);
+    }
   }
-  std::vector<float> values(static_cast<std::size_t>(elements_of(*proto)));
-  if (proto->has_raw_data()) {
-    std::memcpy(values.data(), proto->raw_data().data(), proto->raw_data().size());
-  } else {
-    std::copy(proto->float_data().begin(), proto->float_data().end(), values.begin());
+  if (graph.output_size() != 1 || graph.output(0).name() != output) {
+    return wrong(file, "has " + std::to_string(graph.output_size()) + " outputs" +
+                           (graph.output_size() > 0 ? ", the first being " + in_quotes(graph.output(0).name()) : "") +
+                           ", expected only " + in_quotes(output));
   }
-  return values;
-}
-
-Status check_input(const std::filesystem::path& file, const onnx::GraphProto& graph, const std::string& name,
-                   const std::vector<std::int64_t>& shape) {
-  return check_value(file, graph.input(), "input", name, shape);
-}
-
-Status check_output(const std::filesystem::path& file, const onnx::GraphProto& graph, const std::string& name,
-                    const std::vector<std::int64_t>& shape) {
-  return check_value(file, graph.output(), "output", name, shape);
+  return {};
 }
 
 }  // namespace gatefield::model

@@ -139,6 +139,7 @@ int run(const Arguments& arguments) {
 
   log::info("GATEFIELD " GATEFIELD_VERSION ", instruction set " + isa + ", model " + bundle.manifest().name + " (" +
             model_folder.string() + ", hash " + hex(bundle.hash()) + ")");
+  for (const std::string& warning : bundle.warnings()) log::warn(warning);
   log::info("profiles " + names + " (" + profiles_folder.string() + "), " + std::to_string(options.control_threads) +
             " control and " + std::to_string(options.perception_threads) + " perception threads, at most " +
             std::to_string(options.max_vehicles) + " vehicles");

@@ -17,6 +17,9 @@ namespace {
 constexpr double kLookAgain_m = 0.05;
 /// Added to the true error before the logarithm in training, so that zero can be told.
 constexpr float kErrorFloor_m = 0.005f;
+/// How far OpenCV's single precision may be from the bundle's test case, as part of the largest number.
+constexpr float kSameAnswer = 2e-3f;
+constexpr std::size_t kMaxWords = 300;  ///< letters of OpenCV's explanation
 
 CameraModel network_camera(const model::Manifest& manifest) {
   CameraModel camera = camera_from_fov(manifest.image_width_px, manifest.image_height_px, manifest.horizontal_fov_rad,
@@ -36,13 +39,6 @@ cv::Mat tensor(std::vector<int> shape) { return {std::move(shape), CV_32F, cv::S
 
 std::span<float> numbers(cv::Mat& mat) { return {mat.ptr<float>(), mat.total()}; }
 
-cv::dnn::Net read_network(const std::filesystem::path& file) {
-  cv::dnn::Net net = cv::dnn::readNetFromONNX(file.string());
-  net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-  net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-  return net;
-}
-
 /// Runs a network; empty when OpenCV fails or the output isn't `size` finite numbers.
 std::optional<std::vector<float>> run(cv::dnn::Net* net, std::size_t size) {
   const cv::Mat out = net->forward();
@@ -50,6 +46,68 @@ std::optional<std::vector<float>> run(cv::dnn::Net* net, std::size_t size) {
   std::vector<float> values(out.ptr<float>(), out.ptr<float>() + size);
   if (!std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); })) return std::nullopt;
   return values;
+}
+
+/// What OpenCV's explanation comes down to: it goes over several lines, with places in OpenCV's source.
+///   error: (-2:...) in function 'handleNode' > Node [Pow@ai.onnx]:(onnx_node!x) parse error: ... error: (-213:...)
+///   Unsupported Pow op in function 'parsePow'      becomes      node 'x' (Pow): Unsupported Pow op
+std::string words_of(const std::exception& error) {
+  std::string text = error.what();
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, ' ');
+  const auto between = [&](const std::string& before, const std::string& after) -> std::string {
+    const std::size_t begin = text.find(before);
+    if (begin == std::string::npos) return "";
+    const std::size_t end = text.find(after, begin + before.size());
+    return end == std::string::npos ? "" : text.substr(begin + before.size(), end - begin - before.size());
+  };
+  const std::string type = between("Node [", "@"), name = between("(onnx_node!", ")");
+  if (const std::size_t last = text.rfind("error: ("); last != std::string::npos) {
+    const std::size_t begin = text.find(") ", last);
+    if (begin != std::string::npos) text = text.substr(begin + 2);
+  }
+  text = text.substr(0, std::min(text.find(" in function '"), kMaxWords));
+  return (type.empty() ? "it: " : "node '" + name + "' (" + type + "): ") + text;
+}
+
+/// Loads a network of the bundle, and lets it compute the bundle's test case: OpenCV reads some graphs in its own way.
+Result<cv::dnn::Net> load(const model::Bundle& bundle, const std::string& name) {
+  const auto wrong = [&](const std::string& what) { return Error{(bundle.folder() / name).string() + ": " + what}; };
+  const auto& networks = bundle.networks();
+  const auto network =
+      std::find_if(networks.begin(), networks.end(), [&](const model::Network& n) { return n.file == name; });
+  if (network == networks.end()) return wrong("is not part of the bundle");
+  cv::dnn::Net net;
+  try {
+    net = cv::dnn::readNetFromONNX(network->bytes->data(), network->bytes->size());
+    net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
+    net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+    for (const model::NetworkTensor& input : network->inputs) {
+      cv::Mat blob = tensor(input.shape);
+      std::copy(input.values.begin(), input.values.end(), numbers(blob).begin());
+      net.setInput(blob, input.name);
+    }
+  } catch (const std::exception& error) {
+    return wrong("OpenCV can't load " + words_of(error));
+  }
+  const std::vector<float>& expected = network->output.values;
+  std::optional<std::vector<float>> answer;
+  try {
+    answer = run(&net, expected.size());
+  } catch (const std::exception& error) {
+    return wrong("OpenCV can't run " + words_of(error));
+  }
+  if (!answer) return wrong("OpenCV doesn't give " + std::to_string(expected.size()) + " finite numbers for it");
+  float largest = 1.0f;
+  for (const float value : expected) largest = std::max(largest, std::abs(value));
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    if (std::abs((*answer)[i] - expected[i]) > kSameAnswer * largest) {
+      return wrong("OpenCV computes something else than the file says: " + std::to_string((*answer)[i]) +
+                   " as element " + std::to_string(i) + " of '" + network->output.name + "', expected " +
+                   std::to_string(expected[i]) + "; write the network with other operators or another opset_version");
+    }
+  }
+  return net;
 }
 
 float sigmoid(float x) { return 1.0f / (1.0f + std::exp(-x)); }
@@ -106,22 +164,16 @@ class EncoderBase : public DepthEncoder {
 
 class TwoLookEncoder final : public EncoderBase {
  public:
-  explicit TwoLookEncoder(const model::Bundle& bundle)
-      : EncoderBase(bundle.manifest()),
+  TwoLookEncoder(const model::Manifest& manifest, cv::dnn::Net first, cv::dnn::Net second)
+      : EncoderBase(manifest),
         shape_(model::look_shape(camera_.width_px, camera_.height_px)),
         crop_{manifest_.crop_half_width_m, manifest_.crop_size_px},
-        first_(read_network(bundle.folder() / "look1.onnx")),
-        second_(read_network(bundle.folder() / "look2.onnx")),
+        first_(std::move(first)),
+        second_(std::move(second)),
         input_(tensor({1, model::kLookChannels, shape_.height, shape_.width})),
         anchors_(tensor({1, model::kAnchorChannels, shape_.anchor_height(), shape_.anchor_width()})),
         cut_(tensor({1, model::kCropChannels, crop_.size, crop_.size})),
         context_(tensor({1, model::kCropContext})) {}
-
-  /// True when both networks run and give what is expected.
-  bool works() {
-    numbers(context_)[2] = 0.5f;
-    return look_at_image().has_value() && run_second().has_value();
-  }
 
  protected:
   std::optional<Encoding> encode_image(const std::optional<Eigen::Vector3d>& prior_C) override {
@@ -193,12 +245,8 @@ class TwoLookEncoder final : public EncoderBase {
 /// One look at the whole image; a prior can't steer it.
 class PlainEncoder final : public EncoderBase {
  public:
-  explicit PlainEncoder(const model::Bundle& bundle)
-      : EncoderBase(bundle.manifest()),
-        net_(read_network(bundle.folder() / "encoder.onnx")),
-        input_(tensor({1, 2, camera_.height_px, camera_.width_px})) {}
-
-  bool works() { return look().has_value(); }
+  PlainEncoder(const model::Manifest& manifest, cv::dnn::Net net)
+      : EncoderBase(manifest), net_(std::move(net)), input_(tensor({1, 2, camera_.height_px, camera_.width_px})) {}
 
  protected:
   std::optional<Encoding> encode_image(const std::optional<Eigen::Vector3d>&) override {
@@ -220,25 +268,24 @@ class PlainEncoder final : public EncoderBase {
   cv::Mat input_;
 };
 
-template <typename Encoder>
-Result<std::unique_ptr<DepthEncoder>> make(const model::Bundle& bundle) {
-  auto encoder = std::make_unique<Encoder>(bundle);
-  if (!encoder->works()) {
-    return Error{bundle.folder().string() + ": the encoder's networks load but don't give " +
-                 std::to_string(bundle.manifest().latent_size + 2) + " finite numbers for an empty image"};
-  }
-  return std::unique_ptr<DepthEncoder>(std::move(encoder));
-}
-
 }  // namespace
 
 Result<std::unique_ptr<DepthEncoder>> DepthEncoder::create(const model::Bundle& bundle) {
   try {
     cv::setNumThreads(1);  // the perception thread has one core; a pool of OpenCV's own would take the planner's
-    return bundle.manifest().encoder_kind == "two_look" ? make<TwoLookEncoder>(bundle) : make<PlainEncoder>(bundle);
+    if (bundle.manifest().encoder_kind == "two_look") {
+      Result<cv::dnn::Net> first = load(bundle, "look1.onnx");
+      if (!first) return Error{first.error()};
+      Result<cv::dnn::Net> second = load(bundle, "look2.onnx");
+      if (!second) return Error{second.error()};
+      return std::unique_ptr<DepthEncoder>(
+          new TwoLookEncoder(bundle.manifest(), std::move(first).value(), std::move(second).value()));
+    }
+    Result<cv::dnn::Net> net = load(bundle, "encoder.onnx");
+    if (!net) return Error{net.error()};
+    return std::unique_ptr<DepthEncoder>(new PlainEncoder(bundle.manifest(), std::move(net).value()));
   } catch (const std::exception& error) {
-    const std::string what = error.what();
-    return Error{bundle.folder().string() + ": OpenCV can't load the encoder: " + what.substr(0, what.find('\n'))};
+    return Error{bundle.folder().string() + ": OpenCV can't set up " + words_of(error)};
   }
 }
 

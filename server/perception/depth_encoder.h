@@ -27,6 +27,7 @@ struct Encoding {
 /// perception thread.
 class DepthEncoder {
  public:
+  /// Errors: OpenCV can't load or run a network of the bundle, or gives something else than the bundle's test case.
   static Result<std::unique_ptr<DepthEncoder>> create(const model::Bundle& bundle);
   virtual ~DepthEncoder() = default;
 

@@ -2,36 +2,41 @@
 
 #include <onnx/onnx_pb.h>
 
-#include <cstring>
+#include <algorithm>
+#include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "common/base/random.h"
 
 namespace gatefield::model {
 
-/// Writes small ONNX networks of the bundle's shape, for tests.
+/// Writes ONNX graphs node by node, for tests. What a node makes is called as the node.
 class OnnxBuilder {
  public:
-  OnnxBuilder() {
+  explicit OnnxBuilder(int opset = 13) {
     model_.set_ir_version(8);
-    model_.add_opset_import()->set_version(13);
+    model_.add_opset_import()->set_version(opset);
     model_.mutable_graph()->set_name("test");
   }
 
-  /// A weight with random numbers, as raw data or as a list.
-  OnnxBuilder& weight(const std::string& name, const std::vector<int>& shape, bool raw = true) {
+  /// A weight with random numbers (normal, times `scale`), as raw data or as a list.
+  OnnxBuilder& weight(const std::string& name, const std::vector<int>& shape, double scale = 0.3, bool raw = true) {
+    std::size_t count = 1;
+    for (const int size : shape) count *= static_cast<std::size_t>(size);
+    std::vector<float> values;
+    for (std::size_t i = 0; i < count; ++i) values.push_back(static_cast<float>(scale * random_.normal()));
+    return constant(name, shape, values, raw);
+  }
+  OnnxBuilder& dense(const std::string& name, int inputs, int outputs, bool raw = true) {
+    return weight(name + ".weight", {outputs, inputs}, 0.3, raw).weight(name + ".bias", {outputs}, 0.3, raw);
+  }
+  OnnxBuilder& constant(const std::string& name, const std::vector<int>& shape, const std::vector<float>& values,
+                        bool raw = true) {
     onnx::TensorProto* tensor = graph().add_initializer();
     tensor->set_name(name);
     tensor->set_data_type(onnx::TensorProto::FLOAT);
-    int count = 1;
-    for (const int size : shape) {
-      tensor->add_dims(size);
-      count *= size;
-    }
-    std::vector<float> values;
-    for (int i = 0; i < count; ++i) values.push_back(static_cast<float>(random_.normal()));
+    for (const int size : shape) tensor->add_dims(size);
     if (raw) {
       tensor->set_raw_data(values.data(), values.size() * sizeof(float));
     } else {
@@ -39,16 +44,45 @@ class OnnxBuilder {
     }
     return *this;
   }
-
-  OnnxBuilder& dense(const std::string& name, int inputs, int outputs, bool raw = true) {
-    return weight(name + ".weight", {outputs, inputs}, raw).weight(name + ".bias", {outputs}, raw);
+  OnnxBuilder& integers(const std::string& name, const std::vector<std::int64_t>& values, bool scalar = false) {
+    onnx::TensorProto* tensor = graph().add_initializer();
+    tensor->set_name(name);
+    tensor->set_data_type(onnx::TensorProto::INT64);
+    if (!scalar) tensor->add_dims(static_cast<std::int64_t>(values.size()));
+    for (const std::int64_t value : values) tensor->add_int64_data(value);
+    return *this;
   }
 
-  OnnxBuilder& node(const std::string& type) {
-    onnx::NodeProto* made = graph().add_node();
-    made->set_name("node" + std::to_string(graph().node_size()));
-    made->set_op_type(type);
+  OnnxBuilder& node(const std::string& type, const std::vector<std::string>& inputs, const std::string& name) {
+    last_ = graph().add_node();
+    last_->set_name(name);
+    last_->set_op_type(type);
+    for (const std::string& input : inputs) last_->add_input(input);
+    last_->add_output(name);
     return *this;
+  }
+  /// Attributes of the newest node.
+  OnnxBuilder& with(const std::string& name, std::int64_t value) {
+    attribute(name, onnx::AttributeProto::INT)->set_i(value);
+    return *this;
+  }
+  OnnxBuilder& with(const std::string& name, const std::vector<std::int64_t>& values) {
+    onnx::AttributeProto* made = attribute(name, onnx::AttributeProto::INTS);
+    for (const std::int64_t value : values) made->add_ints(value);
+    return *this;
+  }
+  OnnxBuilder& with_number(const std::string& name, float value) {
+    attribute(name, onnx::AttributeProto::FLOAT)->set_f(value);
+    return *this;
+  }
+  OnnxBuilder& with_word(const std::string& name, const std::string& value) {
+    attribute(name, onnx::AttributeProto::STRING)->set_s(value);
+    return *this;
+  }
+
+  /// y = W x + b with the weights of `layer` (made by dense()).
+  OnnxBuilder& gemm(const std::string& input, const std::string& layer, const std::string& name) {
+    return node("Gemm", {input, layer + ".weight", layer + ".bias"}, name).with("transB", 1);
   }
 
   OnnxBuilder& input(const std::string& name, const std::vector<int>& shape) {
@@ -60,11 +94,16 @@ class OnnxBuilder {
 
   onnx::ModelProto& model() { return model_; }
   onnx::GraphProto& graph() { return *model_.mutable_graph(); }
+  /// A weight, a node or an input by name; a new one when there is none, so that a test of it fails.
   onnx::TensorProto& tensor(const std::string& name) {
-    for (onnx::TensorProto& tensor : *graph().mutable_initializer()) {
-      if (tensor.name() == name) return tensor;
-    }
-    return *graph().add_initializer();
+    auto& all = *graph().mutable_initializer();
+    const auto found = std::find_if(all.begin(), all.end(), [&](const auto& t) { return t.name() == name; });
+    return found != all.end() ? *found : *all.Add();
+  }
+  onnx::NodeProto& node(const std::string& name) {
+    auto& all = *graph().mutable_node();
+    const auto found = std::find_if(all.begin(), all.end(), [&](const auto& n) { return n.name() == name; });
+    return found != all.end() ? *found : *all.Add();
   }
   std::string bytes() const { return model_.SerializeAsString(); }
 
@@ -84,8 +123,15 @@ class OnnxBuilder {
     }
     return *this;
   }
+  onnx::AttributeProto* attribute(const std::string& name, onnx::AttributeProto::AttributeType type) {
+    onnx::AttributeProto* made = last_->add_attribute();
+    made->set_name(name);
+    made->set_type(type);
+    return made;
+  }
 
   onnx::ModelProto model_;
+  onnx::NodeProto* last_ = nullptr;
   Random random_{1};
 };
 

@@ -116,8 +116,7 @@ TEST_F(ShippedEncoder, SameImageSameLatent) {
   EXPECT_EQ(first->latent, again->latent) << "nothing may be carried from one frame to the next";
 }
 
-TEST(DepthEncoder, NetworksThatOpenCvCannotLoadAreRefusedInASentence) {
-  // A bundle that was whole when it was read, whose encoder breaks before it is loaded.
+TEST(DepthEncoder, RunsWhatWasCheckedAndNotWhatLiesThereNow) {
   const fs::path folder = fs::temp_directory_path() / "gatefield-depth-encoder-test";
   fs::remove_all(folder);
   fs::copy(kShipped, folder);
@@ -125,8 +124,7 @@ TEST(DepthEncoder, NetworksThatOpenCvCannotLoadAreRefusedInASentence) {
   ASSERT_TRUE(bundle.ok()) << bundle.error();
   fs::resize_file(folder / "look2.onnx", 1000);
   const auto created = DepthEncoder::create(*bundle);
-  ASSERT_FALSE(created.ok());
-  EXPECT_THAT(created.error(), testing::HasSubstr(folder.string()));
+  EXPECT_TRUE(created.ok()) << created.error();
   fs::remove_all(folder);
 }
 

@@ -1,0 +1,207 @@
+#include "common/model/onnx_graph.h"
+
+#include <algorithm>
+#include <cstring>
+#include <set>
+#include <utility>
+
+#include "common/model/onnx_file.h"
+#include "common/model/onnx_operators.h"
+
+namespace gatefield::model {
+namespace {
+
+/// Reading costs time too: inputs that all nodes together go through, as a multiple of the numbers that may be made.
+constexpr std::int64_t kReadsPerNumber = 64;
+
+template <typename Number>
+void take(const std::string& raw, std::vector<double>* out) {
+  for (std::size_t i = 0; i + sizeof(Number) <= raw.size(); i += sizeof(Number)) {
+    Number value;
+    std::memcpy(&value, raw.data() + i, sizeof value);
+    out->push_back(static_cast<double>(value));
+  }
+}
+
+/// @pre check_tensor let it through
+Array array_of(const onnx::TensorProto& proto) {
+  Array array;
+  array.shape.assign(proto.dims().begin(), proto.dims().end());
+  array.integer = proto.data_type() != onnx::TensorProto::FLOAT;
+  if (proto.has_raw_data()) {
+    switch (proto.data_type()) {
+      case onnx::TensorProto::INT64:
+        take<std::int64_t>(proto.raw_data(), &array.values);
+        break;
+      case onnx::TensorProto::INT32:
+        take<std::int32_t>(proto.raw_data(), &array.values);
+        break;
+      default:
+        take<float>(proto.raw_data(), &array.values);
+        break;
+    }
+  } else if (proto.data_type() == onnx::TensorProto::FLOAT) {
+    array.values.assign(proto.float_data().begin(), proto.float_data().end());
+  } else if (proto.data_type() == onnx::TensorProto::INT64) {
+    array.values.assign(proto.int64_data().begin(), proto.int64_data().end());
+  } else {
+    array.values.assign(proto.int32_data().begin(), proto.int32_data().end());
+  }
+  return array;
+}
+
+Attribute attribute_of(const onnx::AttributeProto& proto) {
+  Attribute attribute;
+  attribute.integer = proto.i();
+  attribute.number = static_cast<double>(proto.f());
+  attribute.word = proto.s();
+  attribute.integers.assign(proto.ints().begin(), proto.ints().end());
+  if (proto.has_t()) {  // ConstantOfShape's value: one number
+    const Array array = array_of(proto.t());
+    attribute.number = array.values.empty() ? 0.0 : array.values[0];
+    attribute.integer = array.integer ? 1 : 0;
+  }
+  return attribute;
+}
+
+/// What a Constant node holds; empty when it holds something else than numbers.
+std::shared_ptr<const Array> constant_of(const onnx::NodeProto& node) {
+  for (const onnx::AttributeProto& attribute : node.attribute()) {
+    if (attribute.name() == "value" && attribute.has_t()) return std::make_shared<Array>(array_of(attribute.t()));
+    if (attribute.name() == "value_float")
+      return std::make_shared<Array>(Array{{}, {static_cast<double>(attribute.f())}, false});
+    if (attribute.name() == "value_int")
+      return std::make_shared<Array>(Array{{}, {static_cast<double>(attribute.i())}, true});
+    if (attribute.name() == "value_floats") {
+      return std::make_shared<Array>(
+          Array{{attribute.floats_size()}, {attribute.floats().begin(), attribute.floats().end()}, false});
+    }
+    if (attribute.name() == "value_ints") {
+      return std::make_shared<Array>(
+          Array{{attribute.ints_size()}, {attribute.ints().begin(), attribute.ints().end()}, true});
+    }
+  }
+  return nullptr;
+}
+
+std::string node_text(const Node& node) { return "node " + in_quotes(node.name) + " (" + node.type + ")"; }
+
+Error wrong(const std::filesystem::path& file, const std::string& what) { return Error{file.string() + ": " + what}; }
+
+}  // namespace
+
+Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::ModelProto& model) {
+  Graph graph;
+  graph.file_ = file;
+  graph.opset_ = operator_set(model);
+  const auto define = [&](const std::string& name) {
+    const int slot = static_cast<int>(graph.slots_.size());
+    return graph.slots_.emplace(name, slot).second ? slot : -1;
+  };
+  for (const onnx::TensorProto& tensor : model.graph().initializer()) {
+    const int slot = define(tensor.name());
+    if (slot < 0) return wrong(file, "tensor " + in_quotes(tensor.name()) + " is there twice");
+    graph.constants_[slot] = std::make_shared<Array>(array_of(tensor));
+  }
+  for (const onnx::ValueInfoProto& input : model.graph().input())
+    define(input.name());  // may name an initializer again
+
+  for (const onnx::NodeProto& proto : model.graph().node()) {
+    Node node;
+    node.name = !proto.name().empty() ? proto.name() : proto.output_size() > 0 ? proto.output(0) : "";
+    const Operator* const known = find_operator(proto.op_type());
+    if (known == nullptr)
+      return wrong(file, "node " + in_quotes(node.name) + " is of an operator that can't be evaluated");
+    node.type = proto.op_type();
+    node.operation = known->operation;
+    const auto inputs = static_cast<std::size_t>(proto.input_size()),
+               outputs = static_cast<std::size_t>(proto.output_size());
+    if (inputs < known->min_inputs || inputs > known->max_inputs || outputs < 1 || outputs > known->max_outputs) {
+      return wrong(file, node_text(node) + " has " + std::to_string(inputs) + " inputs and " + std::to_string(outputs) +
+                             " outputs, expected " + std::to_string(known->min_inputs) + " to " +
+                             std::to_string(known->max_inputs) + " and 1" +
+                             (known->max_outputs > 1 ? " to " + std::to_string(known->max_outputs) : ""));
+    }
+    for (const onnx::AttributeProto& attribute : proto.attribute()) {
+      if (known->attributes.find(" " + attribute.name() + " ") == std::string_view::npos || attribute.name().empty()) {
+        return wrong(file, node_text(node) + " has the attribute " + in_quotes(attribute.name()) + ", expected " +
+                               (known->attributes == " " ? "none" : "only" + std::string(known->attributes)));
+      }
+      if (!node.attributes.emplace(attribute.name(), attribute_of(attribute)).second)
+        return wrong(file, node_text(node) + " has the attribute " + in_quotes(attribute.name()) + " twice");
+    }
+    for (const std::string& input : proto.input()) {
+      const auto found = graph.slots_.find(input);
+      if (!input.empty() && found == graph.slots_.end()) {
+        return wrong(file, node_text(node) + " reads " + in_quotes(input) + ", which nothing before it makes");
+      }
+      node.inputs.push_back(input.empty() ? -1 : found->second);
+    }
+    for (const std::string& output : proto.output()) {
+      const int slot = output.empty() ? -1 : define(output);
+      if (slot < 0 && !output.empty())
+        return wrong(file, node_text(node) + " makes " + in_quotes(output) + " a second time");
+      node.outputs.push_back(slot);
+    }
+    if (node.type == "Constant") {
+      auto constant = constant_of(proto);
+      if (constant == nullptr) return wrong(file, node_text(node) + " holds no numbers");
+      if (node.outputs[0] >= 0) graph.constants_[node.outputs[0]] = std::move(constant);
+    } else {
+      graph.nodes_.push_back(std::move(node));
+    }
+  }
+  return graph;
+}
+
+int Graph::slot(const std::string& name) const {
+  const auto found = slots_.find(name);
+  return found == slots_.end() ? -1 : found->second;
+}
+
+Result<Evaluation> Graph::evaluate(const std::map<std::string, Array>& inputs, const Limits& limits,
+                                   const std::map<int, Array>& replaced) const {
+  Evaluation evaluation;
+  evaluation.values.assign(slots_.size(), nullptr);
+  const auto keep = [&](int slot, std::unique_ptr<Array> array) {
+    evaluation.made.push_back(std::move(array));
+    evaluation.values[static_cast<std::size_t>(slot)] = evaluation.made.back().get();
+  };
+  for (const auto& [slot, array] : constants_) evaluation.values[static_cast<std::size_t>(slot)] = array.get();
+  for (const auto& [name, array] : inputs) {
+    if (const int found = slot(name); found >= 0) keep(found, std::make_unique<Array>(array));
+  }
+  Limits left = limits;
+  std::int64_t reads = limits.numbers * kReadsPerNumber;
+  for (const Node& node : nodes_) {
+    if (std::any_of(node.outputs.begin(), node.outputs.end(), [&](int slot) { return replaced.count(slot) > 0; })) {
+      for (const int slot : node.outputs) {
+        if (const auto found = replaced.find(slot); found != replaced.end())
+          keep(slot, std::make_unique<Array>(found->second));
+      }
+      continue;
+    }
+    Call call{node, opset_, {}, {}, left};
+    call.out.resize(node.outputs.size());
+    try {
+      for (const int slot : node.inputs) {
+        const Array* const array = slot < 0 ? nullptr : evaluation.values[static_cast<std::size_t>(slot)];
+        if (slot >= 0 && array == nullptr) throw Refusal("reads an input of the graph that nobody feeds");
+        if (array != nullptr) reads -= static_cast<std::int64_t>(array->values.size());
+        call.in.push_back(array);
+      }
+      if (reads < 0) throw Refusal("reads more numbers than a network of this kind should");
+      node.operation(call);
+    } catch (const Refusal& refusal) {
+      return wrong(file_, node_text(node) + " " + refusal.what());
+    }
+    left = call.left;
+    for (std::size_t i = 0; i < node.outputs.size(); ++i) {
+      if (node.outputs[i] >= 0 && call.out[i] != nullptr) keep(node.outputs[i], std::move(call.out[i]));
+    }
+  }
+  evaluation.multiply_adds = limits.multiply_adds - left.multiply_adds;
+  return evaluation;
+}
+
+}  // namespace gatefield::model
