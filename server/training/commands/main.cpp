@@ -7,6 +7,7 @@
 #include "server/training/commands/command.h"
 #include "server/training/commands/evaluate_command.h"
 #include "server/training/commands/generate_command.h"
+#include "server/training/commands/import_command.h"
 #include "server/training/commands/stereo_command.h"
 #include "server/training/commands/train_command.h"
 
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = 0;
   add_generate_command(&app, &exit_code);
+  add_import_command(&app, &exit_code);
   add_stereo_command(&app, &exit_code);
   add_train_command(&app, &exit_code);
   add_designs_command(&app, &exit_code);

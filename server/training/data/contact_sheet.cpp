@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,46 +39,87 @@ cv::Mat coloured(const std::vector<float>& depth_m) {
   return picture;
 }
 
-/// Outline of one edge of the frame, cut where it goes behind the camera.
-void draw_outline(const GateLabel& gate, double half_m, const cv::Scalar& colour, cv::Mat* picture) {
-  const CameraModel& camera = dataset_camera();
-  constexpr int kSteps = 64;
-  constexpr float kNearest_m = 0.05f;
-  const Eigen::Isometry3f X_CG = gate.X_CG();
-  const auto corner = [&](int step) -> Eigen::Vector3f {
-    const auto h = static_cast<float>(half_m);
+cv::Mat coloured(std::span<const std::uint16_t> depth_mm) {
+  std::vector<float> depth_m(depth_mm.size());
+  std::ranges::transform(depth_mm, depth_m.begin(), [](std::uint16_t z) { return 0.001f * static_cast<float>(z); });
+  return coloured(depth_m);
+}
+
+/// Draws one gate into the picture of its sample: inner and outer edge, cut where they go behind the camera. Every
+/// second piece of what something else hides is left out, so that it looks dashed.
+class OutlinePainter {
+ public:
+  OutlinePainter(const SampleView& sample, cv::Mat* picture) : depth_mm_(sample.reference_mm()), picture_(picture) {}
+
+  void draw(const GateLabel& gate, bool target) const {
+    // Valid gates white, the target's with a dot in its middle, others grey.
+    const cv::Scalar colour = gate.valid() ? cv::Scalar(255, 255, 255) : cv::Scalar(150, 150, 150);
+    draw_edge(gate, gate.shape.inner_half_m, colour);
+    draw_edge(gate, gate.shape.outer_half_m, colour);
+    if (gate.p_CG.z() < kNearest_m) return;
+    const cv::Point2d middle = project(gate.p_CG);
+    if (middle.x < 0 || middle.y < 0 || middle.x >= picture_->cols || middle.y >= picture_->rows) return;
+    if (target) cv::circle(*picture_, middle, 2, colour, cv::FILLED, cv::LINE_AA);
+    const std::string seen = std::to_string(static_cast<int>(std::lround(100.0f * gate.visible_fraction))) + "%";
+    cv::putText(*picture_, seen, middle + cv::Point2d(4, -3), cv::FONT_HERSHEY_SIMPLEX, 0.3, colour, 1, cv::LINE_AA);
+  }
+
+ private:
+  static constexpr int kSteps = 64;
+  static constexpr float kNearest_m = 0.05f;
+
+  static Eigen::Vector3f corner(const GateLabel& gate, float half_m, int step) {
+    const Eigen::Isometry3f X_CG = gate.X_CG();
     if (gate.shape.opening == GateShape::Opening::kRound) {
-      const float angle_rad = 6.2831853f * static_cast<float>(step) / kSteps;
-      return X_CG * Eigen::Vector3f(0, h * std::cos(angle_rad), h * std::sin(angle_rad));
+      const float angle_rad = 2.0f * std::numbers::pi_v<float> * static_cast<float>(step) / kSteps;
+      return X_CG * Eigen::Vector3f(0, half_m * std::cos(angle_rad), half_m * std::sin(angle_rad));
     }
     constexpr int kPerSide = kSteps / 4;
-    const float along = h * (2.0f * static_cast<float>(step % kPerSide) / kPerSide - 1.0f);
+    const float along_m = half_m * (2.0f * static_cast<float>(step % kPerSide) / kPerSide - 1.0f);
     switch (step / kPerSide % 4) {
       case 0:
-        return X_CG * Eigen::Vector3f(0, along, -h);
+        return X_CG * Eigen::Vector3f(0, along_m, -half_m);
       case 1:
-        return X_CG * Eigen::Vector3f(0, h, along);
+        return X_CG * Eigen::Vector3f(0, half_m, along_m);
       case 2:
-        return X_CG * Eigen::Vector3f(0, -along, h);
+        return X_CG * Eigen::Vector3f(0, -along_m, half_m);
       default:
-        return X_CG * Eigen::Vector3f(0, -h, -along);
+        return X_CG * Eigen::Vector3f(0, -half_m, -along_m);
     }
-  };
-  const auto project = [&](const Eigen::Vector3f& p_C) {
-    return cv::Point2d(kZoom * (camera.fx_px * p_C.x() / p_C.z() + camera.cx_px),
-                       kZoom * (camera.fy_px * p_C.y() / p_C.z() + camera.cy_px));
-  };
-  for (int step = 0; step < kSteps; ++step) {
-    const Eigen::Vector3f a_C = corner(step);
-    const Eigen::Vector3f b_C = corner((step + 1) % kSteps);
-    if (a_C.z() > kNearest_m && b_C.z() > kNearest_m) {
+  }
+
+  static cv::Point2d project(const Eigen::Vector3f& p_C) {
+    const CameraModel& camera = dataset_camera();
+    return {kZoom * (camera.fx_px * p_C.x() / p_C.z() + camera.cx_px),
+            kZoom * (camera.fy_px * p_C.y() / p_C.z() + camera.cy_px)};
+  }
+
+  bool hidden(const Eigen::Vector3f& p_C) const {
+    constexpr float kTolerance_m = 0.15f;
+    const cv::Point2d at = project(p_C) / kZoom;
+    if (at.x < 0 || at.y < 0 || at.x >= kImageWidth_px || at.y >= kImageHeight_px) return false;
+    const auto i = static_cast<std::size_t>(static_cast<int>(at.y) * kImageWidth_px + static_cast<int>(at.x));
+    const float shown_m = 0.001f * static_cast<float>(depth_mm_[i]);
+    return shown_m > 0.0f && shown_m < p_C.z() - kTolerance_m;
+  }
+
+  void draw_edge(const GateLabel& gate, double half_m, const cv::Scalar& colour) const {
+    const auto half = static_cast<float>(half_m);
+    for (int step = 0; step < kSteps; ++step) {
+      const Eigen::Vector3f a_C = corner(gate, half, step);
+      const Eigen::Vector3f b_C = corner(gate, half, (step + 1) % kSteps);
+      if (a_C.z() <= kNearest_m || b_C.z() <= kNearest_m) continue;
+      if (step % 2 == 1 && hidden(0.5f * (a_C + b_C))) continue;
       const cv::Point2d a = project(a_C);
       const cv::Point2d b = project(b_C);
       if (std::max({std::abs(a.x), std::abs(a.y), std::abs(b.x), std::abs(b.y)}) > 1e4) continue;
-      cv::line(*picture, a, b, colour, 1, cv::LINE_AA);
+      cv::line(*picture_, a, b, colour, 1, cv::LINE_AA);
     }
   }
-}
+
+  std::span<const std::uint16_t> depth_mm_;
+  cv::Mat* picture_;
+};
 
 }  // namespace
 
@@ -97,23 +141,19 @@ Status write_contact_sheet(const Dataset& dataset, int count, const scene::Senso
     const int x = i % kColumns * cell_width;
     const int y = i / kColumns * cell_height;
 
-    draw_clean(sample, depth_m);
-    cv::Mat clean = coloured(depth_m);
-    for (int g = sample.gate_count - 1; g >= 0; --g) {
-      const GateLabel& gate = sample.gates[static_cast<std::size_t>(g)];
-      const cv::Scalar colour = gate.valid() ? cv::Scalar(255, 255, 255) : cv::Scalar(130, 130, 130);
-      draw_outline(gate, gate.shape.inner_half_m, colour, &clean);
-      draw_outline(gate, gate.shape.outer_half_m, colour, &clean);
-    }
-    cv::putText(
-        clean,
-        std::to_string(index) + ": " + std::to_string(sample.valid_count) + " of " + std::to_string(sample.gate_count),
-        {4, 12}, cv::FONT_HERSHEY_SIMPLEX, 0.38, cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
-    clean.copyTo(sheet(cv::Rect(x, y, clean.cols, clean.rows)));
+    cv::Mat left = coloured(sample.reference_mm());
+    const OutlinePainter painter(sample, &left);
+    for (int g = sample.gate_count - 1; g >= 0; --g)
+      painter.draw(sample.gates[static_cast<std::size_t>(g)], g < sample.valid_count && g == 0);
+    std::string title =
+        std::to_string(index) + ": " + std::to_string(sample.valid_count) + " of " + std::to_string(sample.gate_count);
+    if (sample.sequence) title += ", sequence " + std::to_string(*sample.sequence);
+    cv::putText(left, title, {4, 12}, cv::FONT_HERSHEY_SIMPLEX, 0.38, cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
+    left.copyTo(sheet(cv::Rect(x, y, left.cols, left.rows)));
 
     draw_noisy(sample, noise, &random, depth_m);
-    const cv::Mat noisy = coloured(depth_m);
-    noisy.copyTo(sheet(cv::Rect(x + clean.cols + kBorder_px, y, noisy.cols, noisy.rows)));
+    const cv::Mat right = coloured(depth_m);
+    right.copyTo(sheet(cv::Rect(x + left.cols + kBorder_px, y, right.cols, right.rows)));
   }
   if (png.has_parent_path()) {
     std::error_code error;

@@ -137,7 +137,7 @@ struct DatasetInfo {
   DatasetKind kind = DatasetKind::kSimulation;
   std::uint64_t seed = 0;
   std::uint64_t first_index = 0;
-  std::string note;  ///< for people
+  std::string note = {};  ///< for people
 };
 
 /// What a set has beside what its kind has in any case.

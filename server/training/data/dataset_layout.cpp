@@ -49,27 +49,35 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
+/// The innermost of the library's errors since the last call of ours began.
+std::string& last_error() {
+  thread_local std::string text;
+  return text;
+}
+std::string reason() { return last_error().empty() ? "unknown" : last_error(); }
+
+/// Called by the library when a call fails; kept at once, since the next successful call forgets it.
+herr_t keep_error(hid_t stack, void* /*unused*/) {
+  return H5Ewalk2(
+      stack, H5E_WALK_UPWARD,
+      [](unsigned n, const H5E_error2_t* error, void* /*unused*/) -> herr_t {
+        if (n == 0 && error->desc != nullptr) last_error() = error->desc;
+        return 0;
+      },
+      nullptr);
+}
+
 /// Holds the library for one call of ours and keeps it from printing.
 class Library {
  public:
-  Library() : lock_(library()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+  Library() : lock_(library()) {
+    last_error().clear();
+    H5Eset_auto2(H5E_DEFAULT, keep_error, nullptr);
+  }
 
  private:
   std::scoped_lock<std::recursive_mutex> lock_;
 };
-
-/// The innermost of the library's last errors.
-std::string reason() {
-  std::string text;
-  H5Ewalk2(
-      H5E_DEFAULT, H5E_WALK_UPWARD,
-      [](unsigned n, const H5E_error2_t* error, void* out) -> herr_t {
-        if (n == 0 && error->desc != nullptr) *static_cast<std::string*>(out) = error->desc;
-        return 0;
-      },
-      &text);
-  return text.empty() ? "unknown" : text;
-}
 
 hid_t stored_type(Element element) {
   switch (element) {
