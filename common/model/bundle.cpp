@@ -8,6 +8,7 @@
 #include "common/model/decoder_reading.h"
 #include "common/model/onnx_file.h"
 #include "common/model/onnx_graph.h"
+#include "common/model/onnx_simplify.h"
 #include "common/model/two_look.h"
 
 namespace gatefield::model {
@@ -103,7 +104,6 @@ Result<Network> check_encoder(const std::filesystem::path& file, const std::stri
 
   Network network;
   network.file = file.filename().string();
-  network.bytes = std::make_shared<const std::string>(bytes);
   Random random(1);
   std::map<std::string, Array> inputs;
   for (const Port& port : ports.inputs) {
@@ -132,6 +132,8 @@ Result<Network> check_encoder(const std::filesystem::path& file, const std::stri
     }
   }
   network.output = tensor_of(ports.output.name, *answer);
+  network.bytes = std::make_shared<const std::string>(
+      simplified(*model, *graph, *evaluation, ports.output.name).SerializeAsString());
   return network;
 }
 

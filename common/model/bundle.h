@@ -71,8 +71,8 @@ struct NetworkTensor {
 /// An encoder's network that has been checked, and what it has to answer: whoever runs it by other means (OpenCV) first
 /// sees whether that gives the same.
 struct Network {
-  std::string file;  ///< "encoder.onnx"
-  std::shared_ptr<const std::string> bytes;
+  std::string file;                          ///< "encoder.onnx"
+  std::shared_ptr<const std::string> bytes;  ///< an ONNX file that computes the same, simplified (onnx_simplify.h)
   std::int64_t multiply_adds = 0;
   std::vector<NetworkTensor> inputs;  ///< a test case
   NetworkTensor output;               ///< what ONNX's definition makes of it, computed in double precision

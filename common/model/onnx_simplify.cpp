@@ -1,0 +1,119 @@
+#include "common/model/onnx_simplify.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace gatefield::model {
+namespace {
+
+onnx::TensorProto weight_of(const std::string& name, const Array& array) {
+  onnx::TensorProto tensor;
+  tensor.set_name(name);
+  for (const std::int64_t size : array.shape) tensor.add_dims(size);
+  if (array.integer) {
+    tensor.set_data_type(onnx::TensorProto::INT64);
+    for (const double value : array.values)
+      tensor.add_int64_data(static_cast<std::int64_t>(std::clamp(value, -9e18, 9e18)));
+  } else {
+    tensor.set_data_type(onnx::TensorProto::FLOAT);
+    const std::vector<float> values(array.values.begin(), array.values.end());
+    tensor.set_raw_data(values.data(), values.size() * sizeof(float));
+  }
+  return tensor;
+}
+
+onnx::AttributeProto* add_attribute(onnx::NodeProto* node, const char* name, onnx::AttributeProto::AttributeType type) {
+  onnx::AttributeProto* attribute = node->add_attribute();
+  attribute->set_name(name);
+  attribute->set_type(type);
+  return attribute;
+}
+
+/// Inputs of `node` that are parameters become attributes. @param constant  the value of an input, null when it varies
+template <typename Constant>
+void use_attributes(onnx::NodeProto* node, const Constant& constant) {
+  const std::string& type = node->op_type();
+  const bool clip = type == "Clip";
+  if (!clip && type != "ReduceSum" && type != "Squeeze" && type != "Split") return;
+  for (int i = 1; i < node->input_size(); ++i) {
+    if (!node->input(i).empty() && constant(node->input(i)) == nullptr) return;  // computed on the way: as it was
+  }
+  for (int i = 1; i < node->input_size(); ++i) {
+    const Array* const value = node->input(i).empty() ? nullptr : constant(node->input(i));
+    if (value == nullptr) continue;
+    if (clip) {
+      if (value->values.empty()) continue;
+      const double most = std::numeric_limits<float>::max();
+      add_attribute(node, i == 1 ? "min" : "max", onnx::AttributeProto::FLOAT)
+          ->set_f(static_cast<float>(std::clamp(value->values[0], -most, most)));
+    } else {
+      onnx::AttributeProto* const list =
+          add_attribute(node, type == "Split" ? "split" : "axes", onnx::AttributeProto::INTS);
+      for (const double number : value->values)
+        list->add_ints(static_cast<std::int64_t>(std::clamp(number, -9e18, 9e18)));
+    }
+  }
+  const std::string first = node->input(0);
+  node->clear_input();
+  node->add_input(first);
+}
+
+}  // namespace
+
+onnx::ModelProto simplified(const onnx::ModelProto& model, const Graph& graph, const Evaluation& evaluation,
+                            const std::string& output) {
+  const onnx::GraphProto& from = model.graph();
+  const auto value = [&](const std::string& name) -> const Array* {
+    const int slot = graph.slot(name);
+    return slot < 0 ? nullptr : evaluation.values[static_cast<std::size_t>(slot)];
+  };
+  std::set<std::string> weights, varying, needed{output};
+  for (const auto& tensor : from.initializer()) weights.insert(tensor.name());
+  for (const auto& input : from.input()) {
+    if (weights.count(input.name()) == 0) varying.insert(input.name());
+  }
+  // A shape is the same for every image.
+  for (const auto& node : from.node()) {
+    if (node.op_type() == "Shape") continue;
+    if (std::any_of(node.input().begin(), node.input().end(),
+                    [&](const auto& name) { return varying.count(name) > 0; }))
+      varying.insert(node.output().begin(), node.output().end());
+  }
+  const auto constant = [&](const std::string& name) { return varying.count(name) > 0 ? nullptr : value(name); };
+
+  std::vector<onnx::NodeProto> kept;  // last one first
+  for (int i = from.node_size(); i-- > 0;) {
+    onnx::NodeProto node = from.node(i);
+    const bool wanted = std::any_of(node.output().begin(), node.output().end(), [&](const auto& name) {
+      return !name.empty() && varying.count(name) > 0 && needed.count(name) > 0;
+    });
+    if (!wanted) continue;
+    node.clear_doc_string();
+    use_attributes(&node, constant);
+    needed.insert(node.input().begin(), node.input().end());
+    kept.push_back(std::move(node));
+  }
+
+  onnx::ModelProto made;
+  made.set_ir_version(model.ir_version());
+  made.set_producer_name(model.producer_name());
+  *made.mutable_opset_import() = model.opset_import();
+  onnx::GraphProto* const to = made.mutable_graph();
+  to->set_name(from.name());
+  *to->mutable_output() = from.output();
+  for (const auto& input : from.input()) {
+    if (weights.count(input.name()) == 0) *to->add_input() = input;
+  }
+  for (const std::string& name : needed) {
+    if (const Array* const array = name.empty() ? nullptr : constant(name); array != nullptr)
+      *to->add_initializer() = weight_of(name, *array);
+  }
+  for (auto node = kept.rbegin(); node != kept.rend(); ++node) *to->add_node() = std::move(*node);
+  return made;
+}
+
+}  // namespace gatefield::model
