@@ -7,6 +7,7 @@
 #include "common/base/random.h"
 #include "common/config/locate.h"
 #include "common/config/scenario.pb.h"
+#include "common/config/sensor_noise_file.h"
 #include "common/config/text_file.h"
 
 namespace gatefield::config {
@@ -25,22 +26,6 @@ Status first_failure(std::initializer_list<Status> checks) {
   for (const Status& status : checks)
     if (!status) return status;
   return {};
-}
-
-scene::SensorNoise to_sensor_noise(const SensorNoiseSpec& spec) {
-  scene::SensorNoise noise;
-  if (spec.has_baseline_m()) noise.baseline_m = spec.baseline_m();
-  if (spec.has_disparity_noise_px()) noise.disparity_noise_px = spec.disparity_noise_px();
-  if (spec.has_disparity_step_px()) noise.disparity_step_px = spec.disparity_step_px();
-  if (spec.has_bleed_probability()) noise.bleed_probability = spec.bleed_probability();
-  if (spec.has_shadow_probability()) noise.shadow_probability = spec.shadow_probability();
-  if (spec.has_hole_rate_per_image()) noise.hole_rate_per_image = spec.hole_rate_per_image();
-  if (spec.has_hole_radius_px()) noise.hole_radius_px = spec.hole_radius_px();
-  if (spec.has_speckle_probability()) noise.speckle_probability = spec.speckle_probability();
-  if (spec.has_incidence_loss()) noise.incidence_loss = spec.incidence_loss();
-  if (spec.has_reflectance_loss()) noise.reflectance_loss = spec.reflectance_loss();
-  if (spec.has_scale()) noise.scale = spec.scale();
-  return noise;
 }
 
 Status convert(const ScenarioFile& spec, Scenario* scenario) {
@@ -118,6 +103,12 @@ Result<Scenario> load_scenario(const std::filesystem::path& file) {
   auto scenario = make_scenario(*course_file, *vehicle_file);
   if (!scenario) return Error{scenario.error()};
   if (auto status = convert(spec, &scenario.value()); !status) return in_file(file, status.error());
+  if (spec.has_sensor_noise_file()) {
+    if (spec.has_sensor_noise()) return in_file(file, "sensor_noise and sensor_noise_file are both set, expected one");
+    const auto noise = load_sensor_noise(file.parent_path() / spec.sensor_noise_file());
+    if (!noise) return in_file(file, "sensor_noise_file: " + noise.error());
+    scenario.value().sensor_noise = *noise;
+  }
   return scenario;
 }
 

@@ -15,27 +15,27 @@ namespace gatefield::scene {
 /// imagers', unless they are said to be the depth image's.
 struct StereoOptions {
   // Imagers
-  int upsampling = 3;          ///< imager pixels per pixel of the depth image, in each direction
-  double baseline_m = 0.05;    ///< the right imager stands this far along +x of the left one, which is the camera's C
-  int margin_px = 18;          ///< the imagers see so much more to the left than the depth image (87 -> 91 deg)
-  double blur_px = 0.55;       ///< sigma of the lens
-  double vignetting = 0.3;     ///< loss of light in the corners
-  double white_e = 8000.0;     ///< electrons of a white surface under full ambient light in the longest exposure
-  double read_noise_e = 10.0;  ///< electrons
+  int upsampling = 3;         ///< imager pixels per pixel of the depth image, in each direction
+  double baseline_m = 0.05;   ///< the right imager stands this far along +x of the left one, which is the camera's C
+  int margin_px = 18;         ///< the imagers see so much more to the left than the depth image (87 -> 91 deg)
+  double blur_px = 0.55;      ///< sigma of the lens
+  double vignetting = 0.3;    ///< loss of light in the corners
+  double white_e = 15000.0;   ///< electrons of a white surface under full ambient light in the longest exposure
+  double read_noise_e = 8.0;  ///< electrons
   double gain_difference = 0.03;  ///< the right imager is so much brighter
   // What calibration left over: the right imager against what the matcher assumes
   double shift_x_px = 0.04;     ///< of the disparity: far things seem too near
-  double shift_y_px = 0.15;     ///< rows
-  double roll_rad = 0.0006;     ///< about the optical axis
-  double focal_error = 0.0006;  ///< relative
+  double shift_y_px = 0.06;     ///< rows
+  double roll_rad = 0.0002;     ///< about the optical axis
+  double focal_error = 0.0003;  ///< relative
   // Light
   double ambient = 0.7;  ///< of full ambient light; exposure and gain follow
   double lamp = 0.25;    ///< light beside the camera, at 1 m, relative to full ambient light; falls with the square
-  double pattern = 1.5;  ///< projected dots, at 1 m, likewise; 0 = passive
+  double pattern = 2.5;  ///< projected dots, at 1 m, likewise; 0 = passive
   // Matching
   int block_px = 5;
   int uniqueness_percent = 8;  ///< the best match must be so much better than the second
-  double texture = 1.5;        ///< matched only where the mean squared gradient is so many times that of noise alone
+  double texture = 1.8;        ///< matched only where the mean squared gradient is so many times that of noise alone
   int speckle_px = 90;         ///< smaller islands of depth are dropped
   int min_valid = 3;           ///< a depth pixel needs so many valid ones of its upsampling^2
 };

@@ -6,6 +6,7 @@
 
 #include "server/training/commands/command.h"
 #include "server/training/commands/evaluate_command.h"
+#include "server/training/commands/fit_noise_command.h"
 #include "server/training/commands/generate_command.h"
 #include "server/training/commands/import_command.h"
 #include "server/training/commands/stereo_command.h"
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   add_generate_command(&app, &exit_code);
   add_import_command(&app, &exit_code);
   add_stereo_command(&app, &exit_code);
+  add_fit_noise_command(&app, &exit_code);
   add_train_command(&app, &exit_code);
   add_designs_command(&app, &exit_code);
   add_export_command(&app, &exit_code);

@@ -16,7 +16,7 @@
 namespace gatefield::training {
 
 /// Raise when the sensor or what draws flights changes: files of other versions are not continued.
-inline constexpr int kStereoVersion = 1;
+inline constexpr int kStereoVersion = 2;
 
 /// A short stretch of a flight: one room with its gates in one placement, one camera pose per frame.
 struct Flight {

@@ -54,6 +54,18 @@ TEST(Scenario, ValuesArrive) {
   EXPECT_EQ(scenario->time_limit, std::chrono::seconds(20));
 }
 
+TEST(Scenario, SensorNoiseComesFromAFileWhenItSaysSo) {
+  const TemporaryFile fitted("disparity_noise_px: 0.07\nhole_rate_per_image: 9\n", "fitted.txt");
+  const auto scenario = scenario_from("sensor_noise_file: \"" + fitted.path().string() + "\"");
+  ASSERT_TRUE(scenario.ok()) << scenario.error();
+  EXPECT_EQ(scenario->sensor_noise.disparity_noise_px, 0.07);
+  EXPECT_EQ(scenario->sensor_noise.hole_rate_per_image, 9);
+  EXPECT_EQ(scenario->sensor_noise.bleed_probability, scene::SensorNoise{}.bleed_probability);
+  EXPECT_THAT(scenario_from("sensor_noise_file: \"no-such-file.txt\"").error(), HasSubstr("sensor_noise_file"));
+  EXPECT_THAT(scenario_from("sensor_noise { scale: 1 }\nsensor_noise_file: \"" + fitted.path().string() + "\"").error(),
+              HasSubstr("both set"));
+}
+
 TEST(Scenario, ErrorsNameFileFieldValueAndRange) {
   EXPECT_THAT(scenario_from("perturbation { position_m: -1 }").error(),
               HasSubstr("mine.txt: perturbation.position_m is -1, expected 0 to 5 m"));
