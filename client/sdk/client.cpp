@@ -78,9 +78,10 @@ class DdsClient final : public Client, private dds::ClientHandler {
       const Stamp now = wall_now();
       if (now >= deadline) {
         if (!logic_.reason().empty()) return Error{logic_.reason()};
-        return Error{"no planning server answered in DDS domain " + std::to_string(options_.domain) + " within " +
-                     std::to_string(options_.connect_timeout.count()) +
-                     " ms, expected a gatefield-server in that domain on this network"};
+        const std::string named = options_.server.empty() ? "" : " of the name '" + options_.server + "'";
+        return Error{"no planning server" + named + " answered in DDS domain " + std::to_string(options_.domain) +
+                     " within " + std::to_string(options_.connect_timeout.count()) +
+                     " ms, expected a gatefield-server" + named + " in that domain on this network"};
       }
       if (logic_.request_due(now)) {
         const auto due = request(logic_.request());
@@ -269,6 +270,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   }
 
   void on_reply(const protocol::SessionReply& reply) override {
+    if (!options_.server.empty() && reply.server != options_.server) return;
     {
       const std::lock_guard lock(mutex_);
       logic_.on_reply(reply, wall_now());

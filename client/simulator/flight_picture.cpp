@@ -93,12 +93,11 @@ struct SpeedRange {
   double low_m_s = 0.0;
   double high_m_s = 1.0;
 
-  explicit SpeedRange(const Report& report) {
-    std::vector<double> speeds;
-    for (const auto& sample : report.samples)
-      if (sample.state.v_WB.allFinite()) speeds.push_back(sample.state.v_WB.norm());
+  explicit SpeedRange(const Report& report) : SpeedRange(speeds_of(report), report.top_speed_m_s) {}
+
+  SpeedRange(std::vector<double> speeds, double top_m_s) {
     std::sort(speeds.begin(), speeds.end());
-    high_m_s = std::max(report.top_speed_m_s, 1.0);
+    high_m_s = std::max(top_m_s, 1.0);
     const double slow_m_s = speeds.empty() ? 0.0 : speeds[speeds.size() / 12];
     low_m_s = std::min(slow_m_s, 0.75 * high_m_s);
     const double step = tick_step(high_m_s, 6), fine = tick_step(high_m_s - low_m_s, 6);
@@ -107,6 +106,14 @@ struct SpeedRange {
     high_m_s = fine * std::ceil(high_m_s / fine - 1e-9);
   }
   cv::Scalar color(double speed_m_s) const { return ramp_color((speed_m_s - low_m_s) / (high_m_s - low_m_s)); }
+
+ private:
+  static std::vector<double> speeds_of(const Report& report) {
+    std::vector<double> speeds;
+    for (const auto& sample : report.samples)
+      if (sample.state.v_WB.allFinite()) speeds.push_back(sample.state.v_WB.norm());
+    return speeds;
+  }
 };
 
 /// Nearest point of the flight volume: a vehicle that ran away does not shrink the picture to nothing.
@@ -114,17 +121,28 @@ Eigen::Vector3d inside(const config::Track& track, const Eigen::Vector3d& p_W) {
   return p_W.cwiseMax(track.flight_volume.min()).cwiseMin(track.flight_volume.max());
 }
 
-/// Everything that must be seen, with a margin, but no more of the flight volume than needed.
-Eigen::AlignedBox3d shown_volume(const config::Scenario& scenario, const scene::World& world, const Report& report) {
-  Eigen::AlignedBox3d box;
+void extend(Eigen::AlignedBox3d* box, const scene::World& world) {
   for (const auto& gate : world.gates)
     for (const auto& piece : scene::frame_boxes(gate)) {
-      box.extend(piece.X_WO.translation() - Eigen::Vector3d::Constant(piece.half_m.maxCoeff()));
-      box.extend(piece.X_WO.translation() + Eigen::Vector3d::Constant(piece.half_m.maxCoeff()));
+      box->extend(piece.X_WO.translation() - Eigen::Vector3d::Constant(piece.half_m.maxCoeff()));
+      box->extend(piece.X_WO.translation() + Eigen::Vector3d::Constant(piece.half_m.maxCoeff()));
     }
+}
+
+std::vector<Eigen::Vector3d> path_of(const Report& report) {
+  std::vector<Eigen::Vector3d> path;
+  for (const auto& sample : report.samples) path.push_back(sample.state.p_WB);
+  return path;
+}
+
+/// Everything that must be seen, with a margin, but no more of the flight volume than needed.
+Eigen::AlignedBox3d shown_volume(const config::Scenario& scenario, const scene::World& world,
+                                 const std::vector<Eigen::Vector3d>& path) {
+  Eigen::AlignedBox3d box;
+  extend(&box, world);
   for (const auto& waypoint : scenario.track.course.waypoints) box.extend(waypoint.p_W);
-  for (const auto& sample : report.samples)
-    if (sample.state.p_WB.allFinite()) box.extend(inside(scenario.track, sample.state.p_WB));
+  for (const auto& p_W : path)
+    if (p_W.allFinite()) box.extend(inside(scenario.track, p_W));
   box.extend(scenario.track.start_p_WB);
   box.min().array() -= 0.8;
   box.max().array() += 0.8;
@@ -172,6 +190,12 @@ void draw_numbers(Canvas* canvas, const View& view, const scene::World& world) {
   }
 }
 
+void draw_start(Canvas* canvas, const View& view, const config::Track& track) {
+  const Eigen::Vector2d start = view(track.start_p_WB);
+  canvas->circle(start, 6, {255, 255, 255}, -1);
+  canvas->circle(start, 6, kInk, 2.5);
+}
+
 void draw_path(Canvas* canvas, const View& view, const config::Scenario& scenario, const Report& report,
                const SpeedRange& speeds) {
   for (std::size_t i = 1; i < report.samples.size(); ++i) {
@@ -181,13 +205,34 @@ void draw_path(Canvas* canvas, const View& view, const config::Scenario& scenari
     canvas->line(view(inside(scenario.track, from.p_WB)), view(inside(scenario.track, to.p_WB)),
                  speeds.color(to.v_WB.norm()), 2.5);
   }
-  const Eigen::Vector2d start = view(scenario.track.start_p_WB);
-  canvas->circle(start, 6, {255, 255, 255}, -1);
-  canvas->circle(start, 6, kInk, 2.5);
+  draw_start(canvas, view, scenario.track);
   if (report.samples.empty() || report.outcome == Outcome::kFinished) return;
   const Eigen::Vector2d end = view(inside(scenario.track, report.samples.back().state.p_WB));
   canvas->line(end - Eigen::Vector2d(9, 9), end + Eigen::Vector2d(9, 9), kBad, 4);
   canvas->line(end - Eigen::Vector2d(9, -9), end + Eigen::Vector2d(9, -9), kBad, 4);
+}
+
+/// The gates of one flight among many: the fainter, the more there are.
+void draw_gates(Canvas* canvas, const View& view, const scene::World& world, double opacity) {
+  for (const auto& gate : world.gates) {
+    const double c = gate.shape.inner_half_m;
+    const auto at = [&](double y, double z) { return view(gate.X_WG * Eigen::Vector3d(0, y, z)); };
+    canvas->polygon({at(-c, -c), at(c, -c), at(c, c), at(-c, c)}, kOpening, 0.3 * opacity);
+    for (const auto& piece : scene::frame_boxes(gate)) view.draw_box(piece, kFrame, opacity);
+  }
+}
+
+void draw_flight(Canvas* canvas, const View& view, const config::Track& track, const FlownPath& flight,
+                 const SpeedRange& speeds) {
+  for (std::size_t i = 1; i < flight.points.size(); ++i) {
+    const auto &from = flight.points[i - 1], &to = flight.points[i];
+    if (!from.p_W.allFinite() || !to.p_W.allFinite()) continue;
+    canvas->line(view(inside(track, from.p_W)), view(inside(track, to.p_W)), speeds.color(to.speed_m_s), 1.3);
+  }
+  if (flight.won || flight.points.empty() || !flight.points.back().p_W.allFinite()) return;
+  const Eigen::Vector2d end = view(inside(track, flight.points.back().p_W));
+  canvas->line(end - Eigen::Vector2d(7, 7), end + Eigen::Vector2d(7, 7), kBad, 3);
+  canvas->line(end - Eigen::Vector2d(7, -7), end + Eigen::Vector2d(7, -7), kBad, 3);
 }
 
 void draw_speed(Canvas* canvas, const Eigen::Vector2d& top_left, const Eigen::Vector2d& size, const Report& report,
@@ -246,7 +291,7 @@ void draw_legend(Canvas* canvas, Eigen::Vector2d at) {
 Status write_flight_picture(const std::filesystem::path& file, const config::Scenario& scenario, const Report& report,
                             const std::string& subtitle) {
   const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
-  const Eigen::AlignedBox3d shown = shown_volume(scenario, world, report);
+  const Eigen::AlignedBox3d shown = shown_volume(scenario, world, path_of(report));
   const SpeedRange speeds(report);
 
   Canvas canvas(1800, 1000);
@@ -274,6 +319,60 @@ Status write_flight_picture(const std::filesystem::path& file, const config::Sce
 
   const double speed_top = side.bottom_right().y() + 130;
   draw_speed(&canvas, {990, speed_top}, {670, 910 - speed_top}, report, speeds);
+  draw_color_bar(&canvas, {1712, 160}, 22, 750, speeds.low_m_s, speeds.high_m_s, "speed [m/s]");
+  draw_legend(&canvas, {100, 978});
+
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", canvas.finish(), bytes);
+  return write_whole(file, bytes.data(), bytes.size());
+}
+
+Status write_flights_picture(const std::filesystem::path& file, const config::Scenario& scenario,
+                             const std::vector<FlownPath>& flights, const std::string& title,
+                             const std::string& subtitle) {
+  std::vector<scene::World> worlds;
+  std::vector<Eigen::Vector3d> path;
+  std::vector<double> speeds_m_s;
+  double top_m_s = 0.0;
+  for (const FlownPath& flight : flights) {
+    worlds.push_back(config::perturbed_world(scenario.track, scenario.perturbation, flight.seed));
+    for (const auto& point : flight.points) {
+      path.push_back(point.p_W);
+      if (!std::isfinite(point.speed_m_s)) continue;
+      speeds_m_s.push_back(point.speed_m_s);
+      top_m_s = std::max(top_m_s, point.speed_m_s);
+    }
+  }
+  const scene::World nominal = config::nominal_world(scenario.track);
+  Eigen::AlignedBox3d shown = shown_volume(scenario, nominal, path);
+  for (const auto& world : worlds) extend(&shown, world);
+  if (nominal.has_floor) shown.min().z() = nominal.floor_z_m;
+  const SpeedRange speeds(std::move(speeds_m_s), top_m_s);
+
+  Canvas canvas(1800, 1000);
+  double title_height = 20;
+  while (title_height > 10 && Canvas::text_width(title, title_height, true) > 1700) title_height -= 1;
+  canvas.text(title, {80, 48}, title_height, kInk, Align::kLeft, true);
+  canvas.text(subtitle, {80, 80}, 12, kInk);
+
+  const double opacity = std::max(0.06, 0.6 / std::sqrt(static_cast<double>(std::max<std::size_t>(flights.size(), 1))));
+  const auto draw = [&](const View& view) {
+    for (const auto& box : nominal.boxes) view.draw_box(box, kClutter, 0.45);
+    for (const auto& world : worlds) draw_gates(&canvas, view, world, opacity);
+    for (const FlownPath& flight : flights) draw_flight(&canvas, view, scenario.track, flight, speeds);
+    draw_start(&canvas, view, scenario.track);
+    draw_nominal(&canvas, view, scenario.track);
+  };
+  const View top(&canvas, {110, 130}, {780, 780}, 0, 1,
+                 {Eigen::Vector2d(shown.min().head<2>()), Eigen::Vector2d(shown.max().head<2>())});
+  top.draw_axes("Top view", "x [m]", "y [m]");
+  draw(top);
+  draw_numbers(&canvas, top, nominal);
+  const View side(
+      &canvas, {990, 130}, {670, 700}, 0, 2,
+      {Eigen::Vector2d(shown.min().x(), shown.min().z()), Eigen::Vector2d(shown.max().x(), shown.max().z())});
+  side.draw_axes("Side view, along y", "x [m]", "z [m]");
+  draw(side);
   draw_color_bar(&canvas, {1712, 160}, 22, 750, speeds.low_m_s, speeds.high_m_s, "speed [m/s]");
   draw_legend(&canvas, {100, 978});
 

@@ -35,10 +35,10 @@ struct Arguments {
   std::optional<int> laps;
   double speed_m_s = 0.0;
   std::string profile = "race";
-  std::string name = "drone";
+  std::string name = "drone", server;
   std::uint32_t domain = 0;
   bool lockstep = false, real_time = false, depth_metres = false, quiet = false;
-  double delay_ms = 0.0;
+  double delay_ms = 0.0, jitter_ms = 0.0, loss = 0.0;
   double state_rate_hz = 200.0;
   double connect_timeout_s = 10.0;
   std::string csv, picture, depth_picture, frame_folder;
@@ -86,6 +86,8 @@ void declare(CLI::App* app, Arguments* a) {
   app->add_option("--name", a->name, "Name of the vehicle on the wire; one client per name")
       ->capture_default_str()
       ->group("Server");
+  app->add_option("--server", a->server, "Name of the one server that may answer (default: whichever does first)")
+      ->group("Server");
   app->add_option("--domain", a->domain, "DDS domain")
       ->check(CLI::Range(0, 232))
       ->capture_default_str()
@@ -102,6 +104,12 @@ void declare(CLI::App* app, Arguments* a) {
   real_time->group("Time");
   app->add_option("--delay-ms", a->delay_ms, "Lockstep: plans take effect this much later, as over a slow link")
       ->check(CLI::Range(0.0, 1000.0))
+      ->group("Time");
+  app->add_option("--jitter-ms", a->jitter_ms, "Lockstep: and by up to this much more, uniform, message by message")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->group("Time");
+  app->add_option("--loss", a->loss, "Lockstep: share of messages that are lost, each way")
+      ->check(CLI::Range(0.0, 0.9))
       ->group("Time");
   app->add_option("--state-rate", a->state_rate_hz, "Real time: states sent per second")
       ->check(CLI::Range(10.0, 1000.0))
@@ -266,6 +274,8 @@ int run(const Arguments& a) {
   Options options;
   options.timing = a.real_time ? protocol::Timing::kRealTime : protocol::Timing::kLockstep;
   options.link_delay = from_seconds(1e-3 * a.delay_ms);
+  options.link_jitter = from_seconds(1e-3 * a.jitter_ms);
+  options.link_loss = a.loss;
   options.state_rate_hz = a.state_rate_hz;
   options.depth_in_millimetres = !a.depth_metres;
   if (auto status = validate(options); !status) return complain(status.error(), kExitBadInput);
@@ -275,6 +285,7 @@ int run(const Arguments& a) {
   sdk::Options link;
   link.domain = a.domain;
   link.vehicle = a.name;
+  link.server = a.server;
   link.profile = a.profile;
   link.timing = options.timing;
   link.seed = a.planner_seed.value_or(scenario->seed);

@@ -82,7 +82,9 @@ class Referee {
   /// Per finished lap; the first one counts from the start of the race.
   std::vector<double> lap_times_s() const;
   int expected_gate() const noexcept;  ///< index into the world's gates
-  int lap() const noexcept;            ///< from 0
+  /// The gate (or the obstacle, when it touched one) that the race was lost to, by index; -1: none was.
+  int culprit() const noexcept { return culprit_; }
+  int lap() const noexcept;  ///< from 0
   int gates_total() const noexcept;
   Stamp end_time() const noexcept { return time_; }
   /// Smallest distance so far from the vehicle's hull to a gate's frame, metres (infinite while there was none within 5

@@ -43,6 +43,8 @@ struct Report {
   double top_speed_m_s = 0.0;
   double mean_speed_m_s = 0.0;
   double clearance_m = 0.0;  ///< smallest distance of the hull to a frame
+  int culprit_gate = -1;     ///< what the race was lost to: index of the gate (or of the obstacle, when it touched one)
+  QuadrotorState end_state;  ///< where it ended
   int contacts = 0;          ///< 0 or 1: the first contact ends the race
   double fallback_s = 0.0;   ///< time flown without a valid plan
   sdk::LinkStatistics link;
@@ -50,6 +52,9 @@ struct Report {
 
   std::uint64_t control_ticks = 0;  ///< control periods flown
   std::uint64_t late_ticks = 0;  ///< real time: control periods that brought no new plan; lockstep: answer did not come
+  /// Lockstep: answers that took so long that the server may have given up waiting for the frame, and that say that
+  /// something was missing. A race with such a one may not repeat itself.
+  std::uint64_t doubtful_ticks = 0;
   std::uint64_t frames_sent = 0;
   std::uint64_t frames_skipped = 0;  ///< real time: the camera thread was still busy
   double wall_s = 0.0;

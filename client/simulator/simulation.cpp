@@ -21,6 +21,8 @@ using protocol::Timing;
 constexpr Stamp kLockstepEpoch = std::chrono::seconds(10);
 constexpr Stamp kSamplePeriod = std::chrono::milliseconds(10);
 constexpr std::chrono::milliseconds kStopPoll{200};  ///< how long an interrupt may wait
+/// In lockstep a server waits for a frame that a state names for a second and then plans without it.
+constexpr Stamp kDoubtfulAnswer = std::chrono::milliseconds(900);
 constexpr Stamp kLoopTolerance = std::chrono::milliseconds(1);
 constexpr Stamp kLoopSlip =
     std::chrono::milliseconds(250);  ///< farther behind than this, real time is not caught up with any more
@@ -103,7 +105,8 @@ class Race {
         sensor_(world_, scenario.vehicle.camera, scenario.sensor_noise, scenario.seed),
         estimator_(scenario.state_noise, scenario.seed),
         snapshots_(world_, scenario.vehicle.camera),
-        referee_(world_, rules(), start_state(scenario).p_WB) {
+        referee_(world_, rules(), start_state(scenario).p_WB),
+        link_(scenario.seed, static_cast<std::uint64_t>(config::Stream::kLink)) {
     plant_->set_state(start_state(scenario));
     control_period_ = std::max(Plant::kStep, from_seconds(client_.session().control_period_s));
     // room beforehand, so that the plant's thread does not allocate in races of up to five minutes
@@ -171,31 +174,67 @@ class Race {
 
   // --- lockstep ---
 
+  /// A state that the planner will see, and when its answer will be there.
+  struct State {
+    Stamp stamp;
+    Stamp arrival;
+    QuadrotorState state;
+  };
   struct Frame {
     Stamp stamp;
+    Stamp arrival;  // on the vehicle's own time scale
     scene::DepthImage metres;
     std::vector<std::uint16_t> millimetres;
   };
 
-  void send_due_frames(Stamp until) {
-    while (!frames_.empty() && frames_.front().stamp <= until) {
-      const Frame& frame = frames_.front();
+  /// A message on its way to the planner (and, of a state, the plan on its way back).
+  struct Passage {
+    bool lost = false;
+    Stamp jitter{0};
+  };
+
+  /// The draws of a message do not depend on what becomes of it, so that the next one's are the same in any case.
+  Passage pass_link(int ways) {
+    Passage passage;
+    for (int way = 0; way < ways; ++way) passage.lost = link_.uniform() < options_.link_loss || passage.lost;
+    passage.jitter =
+        Plant::kStep * std::llround(link_.uniform() * seconds(options_.link_jitter) / seconds(Plant::kStep));
+    return passage;
+  }
+
+  void keep_frame(Stamp now, const scene::DepthImage& image) {
+    const Passage passage = pass_link(1);
+    if (passage.lost) return;
+    frames_.push_back({now, now + options_.link_delay + passage.jitter, image, sensor_.millimetres()});
+  }
+
+  /// Sends what has arrived by now, older frames first; those that a newer one has overtaken are lost.
+  void send_due_frames(Stamp now) {
+    for (std::size_t i = 0; i < frames_.size();) {
+      if (frames_[i].arrival > now) {
+        ++i;
+        continue;
+      }
+      const Frame frame = std::move(frames_[i]);
+      frames_.erase(frames_.begin(), frames_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+      i = 0;
       ++frames_sent_;
       if (options_.depth_in_millimetres) {
         client_.send_depth_mm(frame.stamp, frame.millimetres);
       } else {
         client_.send_depth(frame.stamp, frame.metres.depth_m);
       }
-      frames_.pop_front();
     }
   }
 
   /// True when the answer came; false after the timeout or on interrupt.
   bool answered(std::uint64_t sequence) {
+    const Stamp sent = MonotonicClock().now();
     for (auto waited = std::chrono::milliseconds(0); waited < options_.answer_timeout && !stop_; waited += kStopPoll) {
       const auto command = client_.wait_for_answer(sequence, std::min(kStopPoll, options_.answer_timeout - waited));
       if (command) {
         health_ = command->health;
+        if (health_.degraded && MonotonicClock().now() - sent > kDoubtfulAnswer) ++report_.doubtful_ticks;
         return true;
       }
     }
@@ -220,13 +259,21 @@ class Race {
         const Eigen::Isometry3d X_WB = pose_of(plant_->state());
         const scene::DepthImage& image = sensor_.capture(X_WB);
         snapshots_.offer(image, X_WB, referee_.expected_gate(), referee_.passes().size(), seconds(race_time));
-        frames_.push_back({now, image, sensor_.millimetres()});
+        keep_frame(now, image);
         next_frame += frame_period();
       }
       if (race_time >= next_control) {
-        const Stamp seen = now - options_.link_delay;
-        send_due_frames(seen);
-        const std::uint64_t sequence = client_.send_state(seen, past.front());
+        const Passage passage = pass_link(2);
+        if (!passage.lost) states_.push_back({now - options_.link_delay, now + passage.jitter, past.front()});
+        next_control += control_period;
+      }
+      // Of the states that are there by now the newest counts; it has overtaken the others.
+      std::size_t arrived = states_.size();
+      while (arrived > 0 && states_[arrived - 1].arrival > now) --arrived;
+      if (arrived > 0) {
+        send_due_frames(now);
+        const std::uint64_t sequence = client_.send_state(states_[arrived - 1].stamp, states_[arrived - 1].state);
+        states_.erase(states_.begin(), states_.begin() + static_cast<std::ptrdiff_t>(arrived));
         ++report_.control_ticks;
         if (answered(sequence)) {
           last_answer = MonotonicClock().now();
@@ -234,7 +281,6 @@ class Race {
           ++report_.late_ticks;
           if (MonotonicClock().now() - last_answer > options_.give_up) referee_.stop(Outcome::kLinkLost, race_time);
         }
-        next_control += control_period;
       }
       if (stop_) referee_.stop(Outcome::kInterrupted, race_time);
       if (referee_.decided()) break;
@@ -384,6 +430,8 @@ class Race {
     report_.race_time_s = seconds(referee_.end_time());
     report_.mean_speed_m_s = report_.race_time_s > 0 ? distance_m_ / report_.race_time_s : 0.0;
     report_.clearance_m = referee_.clearance_m();
+    report_.culprit_gate = referee_.culprit();
+    report_.end_state = plant_->state();
     report_.contacts = report_.outcome == Outcome::kTouchedGate || report_.outcome == Outcome::kTouchedFloor ||
                        report_.outcome == Outcome::kTouchedClutter;
     report_.link = client_.statistics();
@@ -411,6 +459,8 @@ class Race {
   protocol::PlannerHealth health_;
   sdk::Setpoint last_setpoint_;
   double distance_m_ = 0.0;
+  Random link_;
+  std::deque<State> states_;  // on their way, by stamp
   std::deque<Frame> frames_;
   Stamp last_command_{0};
   std::uint64_t last_sequence_ = 0;
@@ -426,8 +476,14 @@ Status validate(const Options& options) {
   if (options.link_delay < Stamp{0} || options.link_delay > std::chrono::seconds(1))
     return Error{"the link delay is " + std::to_string(1e3 * seconds(options.link_delay)) +
                  " ms, expected 0 to 1000 ms"};
-  if (options.link_delay > Stamp{0} && options.timing == Timing::kRealTime)
-    return Error{"a link delay is only simulated in lockstep, expected none in real time"};
+  if (options.link_jitter < Stamp{0} || options.link_jitter > std::chrono::seconds(1))
+    return Error{"the link's jitter is " + std::to_string(1e3 * seconds(options.link_jitter)) +
+                 " ms, expected 0 to 1000 ms"};
+  if (!(options.link_loss >= 0 && options.link_loss <= 0.9))
+    return Error{"the link's loss is " + std::to_string(options.link_loss) + ", expected 0 to 0.9 of the messages"};
+  if (options.timing == Timing::kRealTime &&
+      (options.link_delay > Stamp{0} || options.link_jitter > Stamp{0} || options.link_loss > 0))
+    return Error{"a link's delay, jitter and loss are only simulated in lockstep, expected none in real time"};
   if (!(options.state_rate_hz >= 10 && options.state_rate_hz <= 1000))
     return Error{"the state rate is " + std::to_string(options.state_rate_hz) + " Hz, expected 10 to 1000 Hz"};
   return {};

@@ -14,6 +14,11 @@ struct Options {
   protocol::Timing timing = protocol::Timing::kLockstep;
   /// Lockstep: states and frames reach the planner this much later, as over a slow link; its answers then come as late.
   Stamp link_delay{0};
+  /// Lockstep: on top of the delay each state (with its answer) and each frame is late by as much as this, uniform.
+  /// What a newer one of its kind has overtaken is lost.
+  Stamp link_jitter{0};
+  /// Lockstep: probability that a message is lost: a state on its way there, its answer on the way back, a frame.
+  double link_loss = 0.0;
   double state_rate_hz =
       200.0;  ///< real time: how often the state is sent, 10 to 1000 Hz (rounded to whole milliseconds)
   bool depth_in_millimetres = true;  ///< else 32-bit metres

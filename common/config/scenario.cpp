@@ -96,6 +96,10 @@ Result<Scenario> make_scenario(const std::filesystem::path& course_file, const s
 Result<Scenario> load_scenario(const std::filesystem::path& file) {
   ScenarioFile spec;
   if (auto status = load_text(file, &spec); !status) return Error{status.error()};
+  return make_scenario(spec, file);
+}
+
+Result<Scenario> make_scenario(const ScenarioFile& spec, const std::filesystem::path& file) {
   const auto course_file = find_config("courses", spec.course(), file.parent_path());
   if (!course_file) return in_file(file, "course: " + course_file.error());
   const auto vehicle_file = find_config("vehicles", spec.vehicle(), file.parent_path());

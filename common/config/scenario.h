@@ -56,6 +56,11 @@ struct Scenario {
 /// Thread-safe: yes.   Real-time safe: no.
 Result<Scenario> load_scenario(const std::filesystem::path& file);
 
+class ScenarioFile;  // of scenario.proto
+
+/// The same from a message; `file` is what its names are relative to, and how the sentences begin.
+Result<Scenario> make_scenario(const ScenarioFile& spec, const std::filesystem::path& file);
+
 /// A scenario without a file: no perturbation, standard sensor noise, no mismatch.
 Result<Scenario> make_scenario(const std::filesystem::path& course_file, const std::filesystem::path& vehicle_file);
 
@@ -67,7 +72,7 @@ Status validate(const StateNoise& noise);
 Status validate(const Mismatch& mismatch);
 
 /// Streams of gatefield::Random that a race draws from; each use has its own, so that none depends on another.
-enum class Stream : std::uint64_t { kPerturbation = 1, kSensorNoise = 2, kStateNoise = 3 };
+enum class Stream : std::uint64_t { kPerturbation = 1, kSensorNoise = 2, kStateNoise = 3, kLink = 4 };
 
 /// The true world. Per gate, from Random(seed, kPerturbation), each draw made whether or not its magnitude is zero, so
 /// that one magnitude does not change what another one gives:

@@ -3,7 +3,6 @@
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-#include <google/protobuf/text_format.h>
 
 #include <fstream>
 #include <optional>
@@ -85,13 +84,15 @@ class Collector final : public google::protobuf::io::ErrorCollector {
 
 }  // namespace
 
-Status parse_text(const std::string& text, const std::string& name, google::protobuf::Message* message) {
+Status parse_text(const std::string& text, const std::string& name, google::protobuf::Message* message,
+                  google::protobuf::TextFormat::ParseInfoTree* lines) {
   message->Clear();
   Collector collector(name, *message->GetDescriptor()->file()->pool());
   google::protobuf::TextFormat::Parser parser;
   parser.RecordErrorsTo(&collector);
   parser.AllowPartialMessage(true);  // missing fields get a sentence of ours below
   parser.SetRecursionLimit(32);
+  if (lines != nullptr) parser.WriteLocationsTo(lines);
   google::protobuf::io::ArrayInputStream stream(text.data(), static_cast<int>(text.size()));
   if (!parser.Parse(&stream, message))
     return Error{collector.first().value_or(name + ": is no protobuf text, expected name: value or name { ... }")};
@@ -104,7 +105,8 @@ Status parse_text(const std::string& text, const std::string& name, google::prot
   return {};
 }
 
-Status load_text(const std::filesystem::path& file, google::protobuf::Message* message) {
+Status load_text(const std::filesystem::path& file, google::protobuf::Message* message,
+                 google::protobuf::TextFormat::ParseInfoTree* lines) {
   const std::string name = file.string();
   std::error_code failure;
   const auto status = std::filesystem::status(file, failure);
@@ -119,7 +121,7 @@ Status load_text(const std::filesystem::path& file, google::protobuf::Message* m
     if (text.size() > kMaxBytes) return Error{name + ": is larger than 16 MiB, expected a configuration file"};
   }
   if (in.bad()) return Error{name + ": reading failed, expected a readable text file"};
-  return parse_text(text, name, message);
+  return parse_text(text, name, message, lines);
 }
 
 Error in_file(const std::filesystem::path& file, const std::string& sentence) {

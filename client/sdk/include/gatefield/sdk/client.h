@@ -15,6 +15,7 @@ namespace gatefield::sdk {
 struct Options {
   std::uint32_t domain = 0;       ///< DDS domain, 0 to 232
   std::string vehicle = "drone";  ///< name on the wire; one client per name
+  std::string server;             ///< only this one may answer; empty = whichever is first
   std::string profile = "race";   ///< planner profile of the server
   protocol::Timing timing = protocol::Timing::kRealTime;
   std::uint64_t seed = 1;

@@ -1,0 +1,171 @@
+#include "client/race/flyer.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "client/race/files.h"
+#include "client/simulator/simulation.h"
+#include "common/config/locate.h"
+
+namespace gatefield::race {
+namespace {
+
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+constexpr auto kServerStart = 60s;
+constexpr auto kConnect = 3s;
+constexpr int kConnectAttempts = 10;
+constexpr int kBadInput = 2;  // gatefield-server's exit code for arguments, model and profiles
+/// Below 100 the ports of a domain stay clear of those that the system gives to outgoing connections.
+constexpr std::uint32_t kFirstDomain = 10, kDomains = 90;
+
+}  // namespace
+
+Result<fs::path> find_model(const std::string& name) {
+  std::error_code failure;
+  if (fs::is_directory(name, failure)) return fs::absolute(name);
+  const auto config = config::config_folder();
+  if (!config) return Error{config.error()};
+  const fs::path shipped = config->parent_path() / "models" / name;
+  if (fs::is_directory(shipped, failure)) return shipped;
+  return Error{"model '" + name + "' is neither a folder nor one of " + shipped.parent_path().string() +
+               ", expected a folder with manifest.txt"};
+}
+
+ServerFlyer::ServerFlyer(ServerOptions options, int worker) : options_(std::move(options)), worker_(worker) {
+  if (!options_.name.empty()) {
+    domain_ = options_.domain;
+    server_name_ = options_.name;
+  } else {
+    Fingerprint place;  // spreads the processes of one machine, and of several, over the domains
+    place.add(host_name());
+    place.add(std::to_string(getpid()));
+    domain_ = kFirstDomain + static_cast<std::uint32_t>((place.value() + static_cast<unsigned>(worker)) % kDomains);
+  }
+}
+
+void ServerFlyer::set_server(std::shared_ptr<ServerProcess> server) {
+  const std::lock_guard lock(mutex_);
+  server_.swap(server);
+}
+
+bool ServerFlyer::lost() {
+  std::shared_ptr<ServerProcess> server;
+  {
+    const std::lock_guard lock(mutex_);
+    server = server_;
+  }
+  return server && !server->alive();
+}
+
+Status ServerFlyer::ensure_server(const std::string& model, const std::atomic<bool>& cancel, std::string* why_lost) {
+  if (!options_.name.empty()) return {};
+  if (server_ && server_->alive() && model == model_) return {};
+  set_server(nullptr);
+  const auto folder = find_model(model);
+  if (!folder) return Error{folder.error()};
+  // Each start has a name of its own, so that nothing of the one before can be taken for its words.
+  server_name_ = "race-" + host_name() + "-" + std::to_string(getpid()) + "-" + std::to_string(worker_) + "-" +
+                 std::to_string(++starts_);
+  std::vector<std::string> arguments{options_.program,
+                                     "--domain",
+                                     std::to_string(domain_),
+                                     "--name",
+                                     server_name_,
+                                     "--model",
+                                     folder->string(),
+                                     "--profiles",
+                                     options_.profiles.string(),
+                                     "--threads",
+                                     "1",
+                                     "--perception-threads",
+                                     "1",
+                                     "--log-level",
+                                     "info"};
+  if (!options_.isa.empty()) arguments.insert(arguments.end(), {"--isa", options_.isa});
+  const fs::path log = options_.logs / ("server-" + host_name() + "-" + std::to_string(worker_) + ".log");
+  auto server = ServerProcess::start(arguments, log, kServerStart, cancel);
+  if (!server) {
+    const bool bad_input = server.error().find("code " + std::to_string(kBadInput) + " ") != std::string::npos ||
+                           server.error().find("code 127 ") != std::string::npos;
+    if (bad_input) return Error{server.error()};
+    *why_lost = server.error();
+    return {};
+  }
+  model_ = model;
+  set_server(std::move(server).value());
+  return {};
+}
+
+Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& cancel) {
+  Flight flight;
+  if (auto status = ensure_server(trial.cell->model, cancel, &flight.why); !status) return Error{status.error()};
+  if (cancel || !flight.why.empty()) {
+    flight.end = cancel ? Flight::End::kCancelled : Flight::End::kLost;
+    return flight;
+  }
+
+  config::Scenario scenario = trial.cell->scenario;
+  scenario.seed = trial.seed;
+  sdk::Options link;
+  link.domain = domain_;
+  link.server = server_name_;
+  link.vehicle = "race-" + host_name() + "-" + std::to_string(getpid()) + "-" + std::to_string(worker_) + "-" +
+                 std::to_string(++flights_);
+  link.profile = trial.cell->profile;
+  link.timing = protocol::Timing::kLockstep;
+  link.seed = trial.seed;
+  link.speed_limit_m_s = trial.speed_m_s;
+  link.quadrotor = scenario.vehicle.quadrotor;
+  link.camera = scenario.vehicle.camera;
+  link.course = scenario.track.course;
+  link.connect_timeout = kConnect;
+
+  std::unique_ptr<sdk::Client> client;
+  for (int attempt = 0; !client && attempt < kConnectAttempts && !cancel && !lost(); ++attempt) {
+    auto connected = sdk::Client::connect(link);
+    if (connected) {
+      client = std::move(connected).value();
+    } else {
+      flight.why = connected.error();
+      const bool later = flight.why.starts_with("busy:") || flight.why.starts_with("no planning server");
+      if (!later) return Error{trial.name() + ": " + flight.why};
+    }
+  }
+  if (client) {
+    simulator::Options options;
+    options.timing = protocol::Timing::kLockstep;
+    options.link_delay = from_seconds(2e-3 * trial.cell->link.each_way_ms);
+    options.link_jitter = from_seconds(1e-3 * trial.cell->link.jitter_ms);
+    options.link_loss = trial.cell->link.loss;
+    options.answer_timeout = options_.answer_limit;
+    options.give_up = options_.answer_limit;
+    auto report = simulator::fly(scenario, options, client.get(), cancel);
+    if (!report) return Error{trial.name() + ": " + report.error()};
+    // A state that was never answered was flown past on the last plan: no flight that could be repeated.
+    const bool whole = report->late_ticks == 0 && report->doubtful_ticks == 0 && report->link.reconnects == 0 &&
+                       report->outcome != simulator::Outcome::kInterrupted &&
+                       report->outcome != simulator::Outcome::kLinkLost;
+    if (whole) {
+      flight.end = Flight::End::kFlown;
+      flight.result = to_result(trial, *report);
+      flight.result.model = client->session().model_hash;
+      if (const auto command = client->newest()) flight.result.isa = command->isa.data();
+      flight.report = std::move(report).value();
+      return flight;
+    }
+    flight.why = "of " + std::to_string(report->control_ticks) + " states the server left " +
+                 std::to_string(report->late_ticks) + " without an answer and answered " +
+                 std::to_string(report->doubtful_ticks) + " so late that their frames may be missing";
+  }
+  const bool died = lost();
+  if (died) flight.why = "the server ended with code " + std::to_string(server_->code()) + ": " + server_->words();
+  flight.end = cancel && !died ? Flight::End::kCancelled : Flight::End::kLost;
+  client.reset();
+  set_server(nullptr);  // one that hangs is no better than a dead one
+  return flight;
+}
+
+}  // namespace gatefield::race

@@ -1,0 +1,269 @@
+// gatefield-race: flies campaigns of seeded races and reports what share of them was won.
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+#include "client/race/campaign_run.h"
+#include "client/race/files.h"
+#include "client/race/report.h"
+#include "client/race/trial_log.h"
+#include "common/base/logging.h"
+#include "common/base/progress_line.h"
+#include "common/config/locate.h"
+
+namespace gatefield::race {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kExitDone = 0, kExitBadInput = 2, kExitNoServer = 3, kExitInterrupted = 130;
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler stores into it");
+
+/// The second Ctrl-C does not wait; our servers end with us.
+void on_signal(int) {
+  if (stop_requested.exchange(true)) std::_Exit(kExitInterrupted);
+}
+
+struct Arguments {
+  std::string campaign, out, shard, seeds, server, server_program, profiles, isa;
+  std::uint32_t domain = 0;
+  int workers = 0, paths = 10, pictures = 3, attempts = 3;
+  std::size_t limit = 0;
+  double trial_limit_s = 900.0;
+  bool allow_mixed = false, dry_run = false, no_report = false;
+  std::vector<std::string> sources;
+};
+
+int complain(const std::string& sentence, int code = kExitBadInput) {
+  std::fprintf(stderr, "gatefield-race: %s\n", sentence.c_str());
+  return code;
+}
+
+/// The server that was built or installed with this program.
+std::string default_server() {
+  std::error_code failure;
+  const fs::path beside = fs::read_symlink("/proc/self/exe", failure).parent_path() / "gatefield-server";
+  return fs::exists(beside, failure) ? beside.string() : "gatefield-server";
+}
+
+Result<RunRequest> request_of(const Arguments& a) {
+  RunRequest request;
+  request.folder = a.out;
+  if (!a.shard.empty()) {
+    const auto shard = parse_shard(a.shard);
+    if (!shard) return Error{"--shard: " + shard.error()};
+    request.selection.shard = *shard;
+  }
+  if (!a.seeds.empty()) {
+    const auto seeds = parse_seeds(a.seeds);
+    if (!seeds) return Error{"--seeds: " + seeds.error()};
+    request.selection.seeds = *seeds;
+  }
+  if (a.limit > 0) request.limit = a.limit;
+  request.allow_mixed = a.allow_mixed;
+  request.paths = a.paths;
+  request.pictures = a.pictures;
+  const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
+  request.runner.workers = a.workers > 0 ? a.workers : static_cast<int>(cores);
+  request.runner.attempts = a.attempts;
+  request.runner.trial_limit = std::chrono::seconds(std::lround(a.trial_limit_s));
+  request.server.program = a.server_program.empty() ? default_server() : a.server_program;
+  request.server.name = a.server;
+  request.server.domain = a.domain;
+  request.server.isa = a.isa;
+  request.server.logs = request.folder / "logs";
+  request.server.profiles = a.profiles;
+  if (a.profiles.empty()) {
+    const auto folder = config::config_folder();
+    if (!folder) return Error{folder.error()};
+    request.server.profiles = *folder / "profiles";
+  }
+  return request;
+}
+
+void print_plan(const Campaign& campaign, const RunRequest& request, const Plan& plan) {
+  std::printf("%s: %zu trials to fly, %zu done, on %d workers, into %s\n", campaign.title.c_str(), plan.trials.size(),
+              plan.done, request.runner.workers, request.folder.c_str());
+}
+
+int report(const fs::path& folder) {
+  const auto files = write_report(folder);
+  if (!files) return complain(files.error());
+  std::fputs(files->text.c_str(), stdout);
+  for (const std::string& remark : files->remarks) std::printf("Note: %s\n", remark.c_str());
+  std::printf("Report: %s\n", (files->folder / "report.md").c_str());
+  return kExitDone;
+}
+
+int run(const Arguments& a) {
+  const auto file = config::find_config("campaigns", a.campaign);
+  if (!file) return complain(file.error());
+  const auto campaign = load_campaign(*file);
+  if (!campaign) return complain(campaign.error());
+  const auto request = request_of(a);
+  if (!request) return complain(request.error());
+  const auto plan = plan_run(*campaign, *request);
+  if (!plan) return complain(plan.error());
+  print_plan(*campaign, *request, *plan);
+  if (a.dry_run) {
+    for (const Trial& trial : plan->trials) std::printf("%s\n", trial.name().c_str());
+    return kExitDone;
+  }
+
+  RunSummary summary;
+  {
+    ProgressLine line(campaign->title);
+    const auto show = [&line, complete = false](const RunProgress& p) mutable {
+      if (complete) return;
+      complete = p.done == p.total;
+      std::string rest =
+          std::to_string(p.done) + " of " + std::to_string(p.total) + ", " + std::to_string(p.won) + " won";
+      if (p.lost_attempts > 0) rest += ", server lost " + std::to_string(p.lost_attempts) + " times";
+      line.show(p.total > 0 ? static_cast<double>(p.done) / static_cast<double>(p.total) : 1.0,
+                std::isfinite(p.left_s) ? p.left_s : 0.0, rest);
+    };
+    const FlyerFactory factory = [&request](int worker) {
+      return std::make_unique<ServerFlyer>(request->server, worker);
+    };
+    summary = run_campaign(*campaign, *request, *plan, factory, stop_requested, show);
+  }
+  if (!summary.error.empty())
+    complain(summary.error, kExitBadInput);
+  else
+    std::printf("%zu trials flown in this run, %zu of them won%s\n", summary.flown, summary.won,
+                summary.lost_attempts > 0
+                    ? (", the server was lost " + std::to_string(summary.lost_attempts) + " times").c_str()
+                    : "");
+  if (summary.interrupted || !summary.error.empty()) {
+    std::printf("%zu trials are left; the same command goes on with them.\n", plan->trials.size() - summary.flown);
+    if (summary.interrupted) return kExitInterrupted;
+    return summary.no_server ? kExitNoServer : kExitBadInput;
+  }
+  return a.no_report ? kExitDone : report(request->folder);
+}
+
+int merge(const Arguments& a) {
+  std::vector<fs::path> sources(a.sources.begin(), a.sources.end());
+  const auto count = merge_results(sources, a.out, a.allow_mixed);
+  if (!count) return complain(count.error());
+  std::printf("%zu trials in %s\n", *count, (fs::path(a.out) / "trials.csv").c_str());
+  return a.no_report ? kExitDone : report(a.out);
+}
+
+void declare_run(CLI::App* app, Arguments* a, bool out_required) {
+  auto* out = app->add_option("--out,-o", a->out, "Folder of the results; one that has some already is gone on with")
+                  ->type_name("FOLDER");
+  if (out_required) out->required();
+  app->add_option("--workers,-j", a->workers,
+                  "Trials at a time, each with a core and a server of its own; 0 = one per core")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app->add_option("--shard", a->shard, "Only this part of the trials, e.g. 3/16; parts may share a folder")
+      ->type_name("INDEX/COUNT");
+  app->add_option("--seeds", a->seeds, "These in place of the campaign's, e.g. 1-20")->type_name("FIRST-LAST");
+  app->add_option("--limit", a->limit, "At most so many trials in this run; 0 = all")->capture_default_str();
+  app->add_flag("--dry-run", a->dry_run, "Only say which trials would be flown");
+  app->add_flag("--no-report", a->no_report, "No tables and pictures at the end (gatefield-race report makes them)");
+  app->add_option("--paths", a->paths, "Flights of each cell and speed whose path is kept; lost ones always are")
+      ->check(CLI::Range(0, 1'000'000))
+      ->capture_default_str();
+  app->add_option("--pictures", a->pictures, "Lost flights of each cell and speed that are drawn")
+      ->check(CLI::Range(0, 1'000'000))
+      ->capture_default_str();
+  app->add_flag("--allow-mixed", a->allow_mixed,
+                "Go on with results although programs, scenario, profile or model have changed since");
+  app->add_option("--server", a->server, "Name of a server on the network, in place of servers of our own")
+      ->group("Server");
+  app->add_option("--domain", a->domain, "DDS domain of that server")
+      ->check(CLI::Range(0, 232))
+      ->capture_default_str()
+      ->group("Server");
+  app->add_option("--server-program", a->server_program,
+                  "gatefield-server to start (default: the one beside this program)")
+      ->type_name("FILE")
+      ->group("Server");
+  app->add_option("--profiles", a->profiles, "Folder of planner profiles for servers of our own (default: the shipped)")
+      ->type_name("FOLDER")
+      ->group("Server");
+  app->add_option("--isa", a->isa, "Instruction set for servers of our own (default: the best of the machine)")
+      ->group("Server");
+  app->add_option("--attempts", a->attempts, "Attempts at a trial whose server is lost")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str()
+      ->group("Server");
+  app->add_option("--trial-limit", a->trial_limit_s, "Longest time for an attempt, in seconds of the wall clock")
+      ->check(CLI::Range(1.0, 86400.0))
+      ->capture_default_str()
+      ->group("Server");
+}
+
+void declare(CLI::App* app, Arguments* a) {
+  app->description(
+      "Flies campaigns of seeded races in lockstep, each through a gatefield-server over DDS, and reports what share "
+      "was\n"
+      "won, with 95 % intervals, tables and pictures. Interrupted campaigns go on where they were.\n");
+  app->footer(
+      "\nExamples\n"
+      "  gatefield-race run smoke --out out/smoke                    a small campaign that ships, in half a minute\n"
+      "  gatefield-race run my/campaign.txt --out out/mine           your own (docs/racing.md)\n"
+      "  gatefield-race run paper --shard 3/16 --out out/paper       a sixteenth of the paper's tables\n"
+      "  gatefield-race merge host1/out host2/out --out out/all      results of several machines in one report\n"
+      "\nExit code\n"
+      "  0 all flown   2 bad input   3 no server answers   130 interrupted; the same command goes on\n");
+  app->require_subcommand(1);
+
+  CLI::App* run = app->add_subcommand("run", "Fly a campaign, or what is left of it, and report");
+  run->add_option("campaign", a->campaign, "Campaign: a file, or a short name of a shipped one")->required();
+  declare_run(run, a, true);
+
+  CLI::App* paper = app->add_subcommand("paper", "The same for the campaign that makes the paper's tables and figures");
+  declare_run(paper, a, false);
+
+  CLI::App* merge = app->add_subcommand("merge", "Put the results of several machines into one folder, and report");
+  merge->add_option("source", a->sources, "Folders of results, or trials*.csv files")->required();
+  merge->add_option("--out,-o", a->out, "Folder to put them in")->required()->type_name("FOLDER");
+  merge->add_flag("--allow-mixed", a->allow_mixed, "Also results of different programs, scenarios, profiles or models");
+  merge->add_flag("--no-report", a->no_report, "No tables and pictures");
+
+  CLI::App* report = app->add_subcommand("report", "Make tables and pictures of what was flown");
+  report->add_option("folder", a->out, "Folder of results")->required();
+}
+
+}  // namespace
+}  // namespace gatefield::race
+
+int main(int argc, char** argv) {
+  using namespace gatefield::race;
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+
+  Arguments arguments;
+  CLI::App app;
+  app.name("gatefield-race");
+  declare(&app, &arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitDone : kExitBadInput;
+  }
+  gatefield::log::start("gatefield-race", "warn");
+  if (app.got_subcommand("merge")) return merge(arguments);
+  if (app.got_subcommand("report")) return report(arguments.out);
+  if (app.got_subcommand("paper")) {
+    arguments.campaign = "paper";
+    if (arguments.out.empty()) arguments.out = "out/paper";
+  }
+  return run(arguments);
+}
