@@ -174,7 +174,9 @@ std::string to_gnuplot(const Chart& chart, const std::string& csv, const std::st
     const std::string rows =
         quoted(csv) + " skip 1 every ::" + std::to_string(row) + "::" + std::to_string(row + series.x.size() - 1) + " ";
     row += series.x.size();
-    const std::string color = std::string("lc rgb '") + kColors[i % kColors.size()] + "' ";
+    const std::string color =
+        std::string("lc rgb '") +
+        kColors[(series.color >= 0 ? static_cast<std::size_t>(series.color) : i) % kColors.size()] + "' ";
     std::string x = "2";
     if (series.style == Style::kBars) {
       x = "($2+" + number(bar_width * (static_cast<double>(bar) - 0.5 * static_cast<double>(bars - 1))) + ")";
@@ -190,7 +192,7 @@ std::string to_gnuplot(const Chart& chart, const std::string& csv, const std::st
     parts.push_back(rows + "using " + x + ":3 with " + style + color + (series.dashed ? "dt 2 " : "") +
                     (series.name.empty() ? "notitle" : "title " + quoted(series.name)));
     if (series.spread == Spread::kErrorBars)
-      parts.push_back(rows + "using " + x + ":3:4:5 with yerrorbars lw 1.3 pt -1 " +
+      parts.push_back(rows + "using " + x + ":3:4:5 with yerrorbars lw 1.3 pt 7 ps 0 " +
                       (series.style == Style::kBars ? "lc rgb '#303030' " : color) + "notitle");
   }
   out += "plot ";

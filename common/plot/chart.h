@@ -32,6 +32,7 @@ struct Series {
   Style style = Style::kLine;
   Spread spread = Spread::kNone;
   bool dashed = false;
+  int color = -1;  ///< 0 to 6 of the palette, for series that belong together; -1: by its place
 };
 
 /// Where the series' names stand.

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 
 namespace gatefield::plot {
 namespace {
+
+constexpr std::size_t kNoteWidth = 150;
 
 /// Characters as a person counts them: bytes that begin one in UTF-8.
 std::size_t width(const std::string& text) {
@@ -19,6 +22,20 @@ std::vector<bool> numeric_columns(const Table& table) {
     for (std::size_t i = 0; i < out.size() && i < row.size(); ++i)
       if (!std::isfinite(row[i].value) && row[i].text != "-") out[i] = false;
   return out;
+}
+
+/// Lines of at most kNoteWidth characters, broken at spaces.
+std::string wrapped(const std::string& text) {
+  std::string out, line;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (!line.empty() && width(line) + 1 + width(word) > kNoteWidth) {
+      out.append(line).append("\n");
+      line.clear();
+    }
+    line.append(line.empty() ? "" : " ").append(word);
+  }
+  return out.append(line);
 }
 
 std::string padded(const std::string& text, std::size_t to, bool right) {
@@ -72,7 +89,7 @@ std::string to_text(const Table& table) {
   std::string out = table.title.empty() ? "" : table.title + "\n";
   out += line([&](std::size_t i) { return table.columns[i]; });
   for (const auto& row : table.rows) out += line([&](std::size_t i) { return i < row.size() ? row[i].text : ""; });
-  if (!table.note.empty()) out += table.note + "\n";
+  if (!table.note.empty()) out += wrapped(table.note) + "\n";
   return out;
 }
 

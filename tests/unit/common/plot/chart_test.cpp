@@ -77,6 +77,13 @@ TEST(ChartScript, BarsStandSideBySide) {
   EXPECT_THAT(script, HasSubstr("using ($2+0.2):3 with boxes"));
 }
 
+TEST(ChartScript, SeriesThatBelongTogetherShareAColor) {
+  Chart chart = two_series();
+  EXPECT_THAT(to_gnuplot(chart, "e.csv", "e.png"), HasSubstr("#d55e00"));
+  chart.series[1].color = 0;
+  EXPECT_THAT(to_gnuplot(chart, "e.csv", "e.png"), Not(HasSubstr("#d55e00")));
+}
+
 TEST(ChartScript, BandsAndErrorBars) {
   Chart chart = two_series();
   chart.series[1].spread = Spread::kBand;

@@ -25,6 +25,13 @@ TEST(Table, TextStandsInColumns) {
             "n = 2\n");
 }
 
+TEST(Table, LongNotesAreBrokenAtSpaces) {
+  Table table = example();
+  table.note = std::string(100, 'a') + " " + std::string(49, 'b') + " " + std::string(49, 'c') + " d";
+  const std::string text = to_text(table);
+  EXPECT_NE(text.find(std::string(49, 'b') + "\n" + std::string(49, 'c') + " d\n"), std::string::npos) << text;
+}
+
 TEST(Table, Markdown) {
   EXPECT_EQ(
       to_markdown(example()),
