@@ -6,6 +6,7 @@
 
 #include "server/training/commands/command.h"
 #include "server/training/commands/evaluate_command.h"
+#include "server/training/commands/figures_command.h"
 #include "server/training/commands/fit_noise_command.h"
 #include "server/training/commands/generate_command.h"
 #include "server/training/commands/import_command.h"
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
   add_designs_command(&app, &exit_code);
   add_export_command(&app, &exit_code);
   add_evaluate_command(&app, &exit_code);
+  add_figures_command(&app, &exit_code);
   CLI11_PARSE(app, argc, argv);
   return exit_code;
 }
