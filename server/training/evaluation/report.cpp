@@ -53,13 +53,18 @@ std::string to_csv(const Evaluation& evaluation) {
   std::string out = "table,row,column,value\n";
   for (const plot::Table& table : tables_of(evaluation)) {
     for (const auto& row : table.rows) {
-      // What names a row: its words from the left on.
+      // What names a row: its words from the left on, at most two; or its first number.
       std::size_t first = 0;
       std::string name;
-      for (; first < row.size() && !std::isfinite(row[first].value) && row[first].text != "-" &&
-             (first == 0 || first < 2);
-           ++first)
-        name += (first == 0 ? "" : ", ") + row[first].text;
+      for (; first < std::min<std::size_t>(2, row.size()); ++first) {
+        const bool words = !std::isfinite(row[first].value) && row[first].text != "-";
+        if (!words && first > 0) break;
+        name += first > 0 ? ", " + row[first].text : words ? row[first].text : table.columns[0] + " " + row[first].text;
+        if (!words) {
+          first = 1;
+          break;
+        }
+      }
       for (std::size_t i = first; i < row.size(); ++i) {
         // "(const.)" and "p90" belong to the column before them.
         std::string column = table.columns[i];

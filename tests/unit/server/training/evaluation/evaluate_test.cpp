@@ -5,6 +5,9 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <set>
+#include <sstream>
+#include <string>
 
 #include "server/training/evaluation/report.h"
 #include "server/training/evaluation/selection.h"
@@ -73,6 +76,13 @@ TEST_F(Evaluate, WritesItsReport) {
     EXPECT_TRUE(std::filesystem::exists(folder_ / "report" / file)) << file;
   EXPECT_THAT(to_text(*evaluation), HasSubstr("Bundles side by side, set"));
   EXPECT_THAT(to_text(*evaluation), HasSubstr("Only "));
+  // Every figure can be found by its table, row and column.
+  std::istringstream csv(to_csv(*evaluation));
+  std::set<std::string> keys;
+  for (std::string line; std::getline(csv, line);) {
+    EXPECT_TRUE(keys.insert(line.substr(0, line.rfind(','))).second) << line;
+  }
+  EXPECT_GT(keys.size(), 1000u);
 }
 
 TEST_F(Evaluate, CanBeStopped) {
