@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <thread>
@@ -40,7 +39,11 @@ class All {
       if (!wanted(part)) continue;
       if (const int code = make_part(part); code != 0) return code;
     }
-    return 0;
+    for (const Part& part : recipe_.parts) {
+      if (!wanted(part) || !part.ships) continue;
+      if (const int code = evaluate_part(part); code != 0) return code;
+    }
+    return options_.only.empty() ? compare_stages() : 0;
   }
 
  private:
@@ -62,10 +65,12 @@ class All {
         code != 0)
       return code;
     if (!stereo_wanted()) return 0;
-    if (const int code = stereo_file(file("stereo-train.h5"), kStereoTrainSeed, recipe_.stereo, options_.threads);
+    if (const int code =
+            stereo_file(file("stereo-train.h5"), kStereoTrainSeed, recipe_.stereo, options_.threads, recipe_.rooms);
         code != 0)
       return code;
-    return stereo_file(file("stereo-held-out.h5"), kStereoHeldOutSeed, recipe_.stereo_held_out, options_.threads);
+    return stereo_file(file("stereo-held-out.h5"), kStereoHeldOutSeed, recipe_.stereo_held_out, options_.threads,
+                       recipe_.rooms);
   }
 
   int make_part(const Part& part) const {
@@ -81,17 +86,46 @@ class All {
     if (part.simulation > 0.0) run.data.push_back({{}, part.simulation});
     if (part.stereo > 0.0) run.data.push_back({file("stereo-train.h5"), part.stereo});
     if (const int code = run_training(run); code != 0) return code;
-    // Made already, and evaluated, from just this run: nothing to do.
-    const fs::path done = run.folder / "evaluated";
-    if (fs::exists(done) && fs::exists(bundle(part) / "manifest.txt")) return 0;
-    if (const int code = export_checkpoint(run.folder / "checkpoint.pt", run.name, bundle(part)); code != 0)
-      return code;
+    // Exported already from just this run, unless somebody changed it since.
+    const fs::path checkpoint = run.folder / "checkpoint.pt";
+    const fs::path manifest = bundle(part) / "manifest.txt";
+    if (fs::exists(manifest) && fs::last_write_time(manifest) >= fs::last_write_time(checkpoint)) return 0;
+    return export_checkpoint(checkpoint, run.name, bundle(part));
+  }
+
+  EvaluateOptions evaluation_of(const fs::path& folder) const {
     EvaluateOptions evaluation;
-    evaluation.bundle = bundle(part);
-    evaluation.dataset_file = file("held-out.h5");
-    if (const int code = run_evaluation(evaluation, bundle(part)); code != 0) return code;
-    std::ofstream(done) << "see " << bundle(part).string() << '\n';
-    return 0;
+    evaluation.bundle = folder;
+    evaluation.datasets = {{"simulation", file("held-out.h5")}};
+    if (stereo_wanted()) evaluation.datasets.emplace_back("second sensor", file("stereo-held-out.h5"));
+    evaluation.threads = options_.threads;
+    evaluation.two_gates.count = recipe_.two_gates;
+    evaluation.approach.count = recipe_.approaches;
+    return evaluation;
+  }
+
+  /// Evaluates a part's bundle, unless that was done with just this bundle.
+  int evaluate_part(const Part& part) const {
+    const fs::path report = bundle(part) / "evaluation" / "evaluation.txt";
+    const fs::path manifest = bundle(part) / "manifest.txt";
+    if (fs::exists(report) && fs::last_write_time(report) >= fs::last_write_time(manifest)) return 0;
+    return run_evaluation(evaluation_of(bundle(part)), report.parent_path());
+  }
+
+  /// What both stages are worth on the second sensor, side by side.
+  int compare_stages() const {
+    const auto find = [&](std::string_view name) {
+      return *std::find_if(recipe_.parts.begin(), recipe_.parts.end(),
+                           [&](const Part& part) { return part.name == name; });
+    };
+    EvaluateOptions evaluation = evaluation_of(bundle(find("race-stereo")));
+    evaluation.bundle.name = "both stages";
+    evaluation.against = {{"stage 1", bundle(find("race"))},
+                          {"stage 2", bundle(find("stereo-alone"))},
+                          {"both, no replay", bundle(find("stereo-no-replay"))}};
+    evaluation.two_gates.count = 0;
+    evaluation.approach.count = 0;
+    return run_evaluation(evaluation, options_.work / "stages");
   }
 
   const Recipe& recipe_;

@@ -4,7 +4,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "server/training/commands/all_command.h"
 #include "server/training/commands/command.h"
+#include "server/training/commands/compare_command.h"
 #include "server/training/commands/evaluate_command.h"
 #include "server/training/commands/figures_command.h"
 #include "server/training/commands/fit_noise_command.h"
@@ -28,6 +30,7 @@ int main(int argc, char** argv) {
       "Everything made: gatefield-train all --profile ship --work /var/tmp/gatefield --out deploy/models"};
   app.require_subcommand(1);
   int exit_code = 0;
+  add_all_command(&app, &exit_code);
   add_generate_command(&app, &exit_code);
   add_import_command(&app, &exit_code);
   add_stereo_command(&app, &exit_code);
@@ -35,6 +38,7 @@ int main(int argc, char** argv) {
   add_train_command(&app, &exit_code);
   add_designs_command(&app, &exit_code);
   add_export_command(&app, &exit_code);
+  add_compare_command(&app, &exit_code);
   add_evaluate_command(&app, &exit_code);
   add_figures_command(&app, &exit_code);
   CLI11_PARSE(app, argc, argv);

@@ -39,9 +39,21 @@ std::vector<Part> parts(std::uint64_t race, std::uint64_t small, std::uint64_t p
 
 std::span<const Recipe> recipes() {
   static const std::vector<Recipe> all = {
-      {"ship", "what the repository's models were made with: hours", 4'000, 3'000, 1'000,
-       parts(800'000, 200'000, 1'000'000, 60'000)},
-      {"try", "minutes, to see it work", 200, 80, 40, parts(9'600, 800, 1'600, 800)},
+      {.name = "ship",
+       .says = "what the repository's models were made with, hours",
+       .held_out = 4'000,
+       .stereo = 3'000,
+       .stereo_held_out = 1'000,
+       .parts = parts(800'000, 160'000, 600'000, 40'000)},
+      {.name = "try",
+       .says = "minutes, to see it work",
+       .held_out = 200,
+       .stereo = 80,
+       .stereo_held_out = 40,
+       .rooms = 2,
+       .two_gates = 20,
+       .approaches = 4,
+       .parts = parts(9'600, 800, 1'600, 800)},
   };
   return all;
 }

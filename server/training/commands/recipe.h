@@ -17,7 +17,7 @@ struct Part {
   double learning_rate = 2e-3;
   double simulation = 1.0;      ///< part of the images from simulation
   double stereo = 0.0;          ///< and from the second sensor
-  std::string_view start_from;  ///< another part that this one begins with; empty = random weights
+  std::string_view start_from = {};  ///< another part that this one begins with; empty = random weights
   bool freeze_decoders = false;
   bool ships = false;  ///< its bundle goes into the repository; the others are there to compare with
 };
@@ -29,6 +29,9 @@ struct Recipe {
   std::uint64_t held_out = 0;         ///< simulated images to evaluate on
   std::uint64_t stereo = 0;           ///< pairs of the second sensor to train on
   std::uint64_t stereo_held_out = 0;  ///< pairs in other rooms to evaluate on
+  std::uint64_t rooms = 25;           ///< that each of these two sets shows
+  int two_gates = 400;                ///< images of two gates at the same distance to evaluate on
+  int approaches = 200;               ///< flights toward a gate to evaluate on
   std::vector<Part> parts;            ///< in the order in which they are trained
 };
 

@@ -128,6 +128,10 @@ Result<bool> train(const TrainRun& run) {
   const auto cut = cut_log(log_file, trainer.steps());
   if (!cut) return Error{cut.error()};
   const double earlier_s = *cut;
+  if (trainer.steps() >= options.total_steps) {
+    std::printf("%s: all %" PRIu64 " steps are done\n", run.folder.c_str(), trainer.steps());
+    return true;
+  }
 
   ProgressLine progress("train");
   progress.say(said + "step " + std::to_string(trainer.steps()) + " of " + std::to_string(options.total_steps) + "; " +
