@@ -16,6 +16,7 @@ constexpr float kFarthest_m = 9.0f;  ///< beyond, noise is cut off by the range'
 constexpr std::size_t kMaxErrors = 4'000'000;
 constexpr int kSmallestWindow_px = 3;  ///< windows that holes are looked for with: 3 x 3 to 7 x 7
 constexpr std::size_t kWindows = 5;
+constexpr int kLargestWindow_px = kSmallestWindow_px + static_cast<int>(kWindows) - 1;
 constexpr int kWindowMargin_px = 8;    ///< from the image's border: holes have their centres inside
 constexpr float kWindowCosine = 0.6f;  ///< more slanted surfaces lose too much by themselves
 constexpr double kEnough = 2000.0;     ///< pixels that a parameter needs
@@ -196,8 +197,7 @@ std::array<double, kWindows> missing_windows(double radius_px, double loss) {
         const double b_px = size_px / stretch;
         shift = std::fmod(shift + std::numbers::phi, 1.0);  // where the centre lies in its pixel
         const double other_shift = std::fmod(shift * 37.0, 1.0);
-        constexpr int kLargest = kSmallestWindow_px + static_cast<int>(kWindows) - 1;
-        const int reach = static_cast<int>(std::max(a_px, b_px)) + kLargest + 1;
+        const int reach = static_cast<int>(std::max(a_px, b_px)) + kLargestWindow_px + 1;
         const int size = 2 * reach + 1;
         const auto at = [&](int u, int v) -> int& { return inside[static_cast<std::size_t>(v * (size + 1) + u)]; };
         inside.assign(static_cast<std::size_t>((size + 1) * (size + 1)), 0);
@@ -540,7 +540,9 @@ Result<NoiseFit> fit_noise(const Dataset& dataset, const NoiseFitOptions& option
       holes_seen ? text("fitted: holes cover %.2f %% of the image", 100.0 * (any_holes ? holes.covered : 0.0))
                  : std::string("default: too few pixels"));
   put("hole_radius_px", fit.noise.hole_radius_px, any_holes,
-      any_holes ? std::string("fitted") : std::string("default: there are no holes to measure"));
+      !any_holes                                  ? std::string("default: there are no holes to measure")
+      : holes.radius_px > 2.0 * kLargestWindow_px ? std::string("fitted, but so large holes are hardly told apart")
+                                                  : std::string("fitted"));
   put("speckle_probability", fit.noise.speckle_probability, speckle_seen,
       speckle_seen ? text("fitted: %.0f of %.0f pixels inside are beyond 6 sigma", wrong, n)
                    : std::string("default: noise covers the range"));
