@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/config/sensor_noise_file.h"
 #include "server/training/commands/command.h"
 #include "server/training/learn/curves.h"
 #include "server/training/learn/export.h"
@@ -77,17 +78,11 @@ int export_checkpoint(const std::filesystem::path& checkpoint, const std::string
                       const std::filesystem::path& out) {
   const auto design = Trainer::design_of(checkpoint);
   if (!design) return fail(design.error());
-  TrainerOptions options;
-  options.design = *design;
-  options.total_steps = 1;
-  auto trainer = Trainer::create(options);
-  if (!trainer) return fail(trainer.error());
-  if (const Status loaded = (*trainer)->load(checkpoint); !loaded) return fail(loaded.error());
+  const auto weights = Trainer::weights_of(checkpoint);
+  if (!weights) return fail(weights.error());
   if (const Status made = make_folder(out.parent_path()); !made) return fail(made.error());
-  if (const Status exported = export_bundle((*trainer)->weights(), *design, name, out); !exported)
-    return fail(exported.error());
-  std::printf("%s: bundle of step %llu, design '%s'\n", out.c_str(),
-              static_cast<unsigned long long>((*trainer)->steps()), std::string(design->name).c_str());
+  if (const Status exported = export_bundle(*weights, *design, name, out); !exported) return fail(exported.error());
+  std::printf("%s: bundle of design '%s'\n", out.c_str(), std::string(design->name).c_str());
   const auto log = checkpoint.parent_path() / "log.csv";
   return std::filesystem::exists(log) ? copy_log(log, out / "training.csv") : 0;
 }
@@ -98,6 +93,7 @@ void add_train_command(CLI::App* app, int* exit_code) {
     std::string design{designs().front().name};
     std::vector<std::string> data;
     std::vector<double> parts;
+    std::filesystem::path noise;
   };
   const auto options = std::make_shared<Options>();
   TrainRun& run = options->run;
@@ -119,6 +115,8 @@ void add_train_command(CLI::App* app, int* exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(1e-6, 1.0));
   command->add_option("--seed", run.seed)->capture_default_str();
+  command->add_option("--noise", options->noise,
+                      "the simulated sensor's noise, as 'gatefield-train fit-noise' writes it");
   add_training_options(command, &run);
   command->callback([options, exit_code] {
     auto& parts = options->parts;
@@ -131,6 +129,14 @@ void add_train_command(CLI::App* app, int* exit_code) {
       options->run.data.push_back(
           {options->data[i] == "endless" ? std::string() : options->data[i], parts.empty() ? 1.0 : parts[i]});
     options->run.design = find_design(options->design).value();
+    if (!options->noise.empty()) {
+      const auto noise = config::load_sensor_noise(options->noise);
+      if (!noise) {
+        *exit_code = fail(noise.error());
+        return;
+      }
+      options->run.noise = *noise;
+    }
     *exit_code = run_training(options->run);
   });
 }

@@ -368,16 +368,37 @@ Status Trainer::load(const std::filesystem::path& file) {
   }
 }
 
+namespace {
+
+Weights weights_in(const torch::nn::Module& model) {
+  Weights out;
+  for (const auto& item : model.named_parameters()) {
+    NamedTensor tensor;
+    tensor.shape.assign(item.value().sizes().begin(), item.value().sizes().end());
+    tensor.values = unwrap(item.value());
+    out.emplace(item.key(), std::move(tensor));
+  }
+  return out;
+}
+
+/// The averaged networks of a checkpoint. libtorch's exceptions pass through.
+Model averaged_in(const std::filesystem::path& file, const Design& design) {
+  torch::serialize::InputArchive archive;
+  archive.load_from(file.string());
+  torch::serialize::InputArchive averaged;
+  archive.read("averaged", averaged);
+  Model model(design);
+  model->load(averaged);
+  return model;
+}
+
+}  // namespace
+
 Result<std::vector<std::string>> Trainer::start_from(const std::filesystem::path& file) {
   const auto design = design_of(file);
   if (!design) return Error{design.error()};
   try {
-    torch::serialize::InputArchive archive;
-    archive.load_from(file.string());
-    torch::serialize::InputArchive averaged;
-    archive.read("averaged", averaged);
-    Model other(*design);
-    other->load(averaged);
+    const Model other = averaged_in(file, *design);
     torch::NoGradGuard guard;
     const auto from = other->named_parameters();
     const auto to_averaged = state_->averaged->named_parameters();
@@ -397,15 +418,16 @@ Result<std::vector<std::string>> Trainer::start_from(const std::filesystem::path
   }
 }
 
-Weights Trainer::weights() const {
-  Weights out;
-  for (const auto& item : state_->averaged->named_parameters()) {
-    NamedTensor tensor;
-    tensor.shape.assign(item.value().sizes().begin(), item.value().sizes().end());
-    tensor.values = unwrap(item.value());
-    out.emplace(item.key(), std::move(tensor));
+Weights Trainer::weights() const { return weights_in(*state_->averaged); }
+
+Result<Weights> Trainer::weights_of(const std::filesystem::path& file) {
+  const auto design = design_of(file);
+  if (!design) return Error{design.error()};
+  try {
+    return weights_in(*averaged_in(file, *design));
+  } catch (const std::exception& error) {
+    return Error{"checkpoint " + file.string() + " can't be read: " + first_line(error)};
   }
-  return out;
 }
 
 std::array<float, 3> Trainer::first_look(std::span<const float> input, std::span<const float> anchors) const {

@@ -80,6 +80,8 @@ class Trainer {
   /// The design that a checkpoint belongs to. Errors: missing or foreign file.
   static Result<Design> design_of(const std::filesystem::path& file);
   const Design& design() const noexcept;
+  /// The averaged weights of a checkpoint, whatever was frozen when it was made. Errors: missing or foreign file.
+  static Result<Weights> weights_of(const std::filesystem::path& file);
 
   /// The running average of all weights (single precision), as exported.
   Weights weights() const;

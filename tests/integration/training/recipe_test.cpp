@@ -34,7 +34,8 @@ TEST(Recipe, MakesABundleThatBeatsTheConstantAndThatTheServerLoads) {
   Programs programs("recipe");
   const auto models = programs.file("models");
   const std::vector<std::string> arguments = {
-      "all", "--profile", "try", "--work", programs.file("work").string(), "--out", models.string(), "--only", "race"};
+      "all",   "--profile",     "try",    "--work", programs.file("work").string(),
+      "--out", models.string(), "--only", "race",   "race-stereo"};
   Process train((kPrograms / "gatefield-train").string(), arguments, programs.file("train.log"));
   ASSERT_EQ(train.wait(330s).value_or(-1), 0) << train.output();
 
@@ -52,6 +53,15 @@ TEST(Recipe, MakesABundleThatBeatsTheConstantAndThatTheServerLoads) {
   EXPECT_TRUE(server.wait_for_output("ready", 20s)) << server.output();
   server.signal(SIGTERM);
   EXPECT_EQ(server.wait(10s).value_or(-1), 0) << server.output();
+
+  // The second stage keeps the field's decoder.
+  EXPECT_TRUE(std::filesystem::exists(models / "race-stereo/evaluation/evaluation.csv"));
+  const auto bytes = [&](const char* name) {
+    std::ifstream in(models / name / "decoder.onnx", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_FALSE(bytes("race").empty());
+  EXPECT_EQ(bytes("race"), bytes("race-stereo"));
 
   // The same command again finds everything done.
   Process again((kPrograms / "gatefield-train").string(), arguments, programs.file("again.log"));
