@@ -45,7 +45,12 @@ Chart roc_chart(const Evaluation::Set& set) {
   chart.key = Key::kBottomRight;
   const auto add = [&](const char* name, Empty empty) {
     Series series{.name = name, .style = Style::kLine};
-    for (const RocPoint& point : validity_curve(set.frames, 0, empty)) {
+    const std::vector<RocPoint> curve = validity_curve(set.frames, 0, empty);
+    for (const RocPoint& point : curve) {
+      // Smaller steps can't be seen; both ends stay.
+      if (!series.x.empty() && &point != &curve.back() && point.false_alarms < 1.03 * series.x.back() &&
+          point.kept - series.y.back() < 2e-3)
+        continue;
       series.x.push_back(point.false_alarms);
       series.y.push_back(point.kept);
     }
