@@ -11,6 +11,7 @@
 
 #include "client/race/campaign.pb.h"
 #include "client/race/files.h"
+#include "client/race/single_cell.h"
 #include "common/config/locate.h"
 #include "common/config/text_file.h"
 #include "common/protocol/messages.h"
@@ -127,6 +128,12 @@ Result<config::ScenarioFile> scenario_of(const fs::path& file, const CellSpec& s
   if (spec.has_sensor_noise()) {
     *scenario.mutable_sensor_noise() = spec.sensor_noise();
     scenario.clear_sensor_noise_file();
+    scenario.clear_stereo();
+  }
+  if (spec.has_stereo()) {
+    *scenario.mutable_stereo() = spec.stereo();
+    if (!spec.has_sensor_noise()) scenario.clear_sensor_noise();
+    scenario.clear_sensor_noise_file();
   }
   if (spec.has_state_noise()) *scenario.mutable_state_noise() = spec.state_noise();
   if (spec.has_mismatch()) *scenario.mutable_mismatch() = spec.mismatch();
@@ -140,8 +147,9 @@ Result<config::ScenarioFile> scenario_of(const fs::path& file, const CellSpec& s
 /// Which field of the cell a sentence about its scenario speaks of.
 std::string field_in(const std::string& sentence) {
   for (const char* field :
-       {"perturbation", "sensor_noise", "state_noise", "mismatch", "camera_rate_hz", "time_limit_s"})
+       {"perturbation", "stereo", "sensor_noise", "state_noise", "mismatch", "camera_rate_hz", "time_limit_s"})
     if (sentence.find(field) != std::string::npos) return field;
+  if (sentence.starts_with("noise.") || sentence.find(": noise.") != std::string::npos) return "sensor_noise";
   return sentence.find("rate_hz") != std::string::npos ? "camera_rate_hz" : "scenario";
 }
 
@@ -158,7 +166,7 @@ std::string text_of(config::ScenarioFile scenario, const std::string& cell) {
 std::string model_of(const fs::path& file, const std::string& name) {
   std::error_code failure;
   const fs::path beside = file.parent_path() / name;
-  if (fs::path(name).is_relative() && fs::is_directory(beside, failure))
+  if (fs::path(name).is_relative() && fs::exists(beside / "manifest.txt", failure))
     return fs::absolute(beside).lexically_normal().string();
   if (name.find('/') != std::string::npos && fs::is_directory(name, failure)) return fs::absolute(name).string();
   return name;
@@ -254,17 +262,7 @@ std::vector<Figure> figures_of(const CampaignFile& spec, const std::vector<Cell>
   return figures;
 }
 
-}  // namespace
-
-const Cell* Campaign::find(const std::string& name) const noexcept {
-  const auto at = std::find_if(cells.begin(), cells.end(), [&](const Cell& cell) { return cell.name == name; });
-  return at == cells.end() ? nullptr : &*at;
-}
-
-Result<Campaign> load_campaign(const fs::path& file) {
-  CampaignFile spec;
-  Lines lines;
-  if (auto status = config::load_text(file, &spec, &lines); !status) return Error{status.error()};
+Result<Campaign> to_campaign(const fs::path& file, const CampaignFile& spec, const Lines& lines) {
   if (spec.cell_size() == 0 || spec.cell_size() > kMaxCells)
     return config::in_file(
         file, "there are " + std::to_string(spec.cell_size()) + " cells, expected 1 to " + std::to_string(kMaxCells));
@@ -292,6 +290,47 @@ Result<Campaign> load_campaign(const fs::path& file) {
                    name + "' is named by no cell, expected a cell with figure: \"" + name + "\""};
   }
   return campaign;
+}
+
+}  // namespace
+
+const Cell* Campaign::find(const std::string& name) const noexcept {
+  const auto at = std::find_if(cells.begin(), cells.end(), [&](const Cell& cell) { return cell.name == name; });
+  return at == cells.end() ? nullptr : &*at;
+}
+
+Result<Campaign> load_campaign(const fs::path& file) {
+  CampaignFile spec;
+  Lines lines;
+  if (auto status = config::load_text(file, &spec, &lines); !status) return Error{status.error()};
+  return to_campaign(file, spec, lines);
+}
+
+Result<Campaign> single_cell_campaign(const SingleCell& asked) {
+  CampaignFile wanted;
+  CellSpec* cell = wanted.add_cell();
+  std::string name = fs::path(asked.scenario).stem().string();
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return !good_name(std::string("a") + c); }, '_');
+  cell->set_name(name.substr(0, 60));
+  cell->set_scenario(asked.scenario);
+  for (const double speed_m_s : asked.speeds_m_s) cell->add_speed_m_s(speed_m_s);
+  cell->set_profile(asked.profile);
+  cell->set_model(asked.model);
+  cell->mutable_seeds()->set_first(asked.seeds.first);
+  cell->mutable_seeds()->set_last(asked.seeds.last);
+  if (asked.laps) cell->set_laps(*asked.laps);
+  cell->mutable_link()->set_each_way_ms(asked.link.each_way_ms);
+  cell->mutable_link()->set_jitter_ms(asked.link.jitter_ms);
+  cell->mutable_link()->set_loss(asked.link.loss);
+  wanted.set_title(name + ", " + asked.profile);
+  // Through the text, so that it is read and checked like any other.
+  std::string text;
+  google::protobuf::TextFormat::PrintToString(wanted, &text);
+  CampaignFile spec;
+  Lines lines;
+  if (auto status = config::parse_text(text, "command line", &spec, &lines); !status) return Error{status.error()};
+  return to_campaign("command line", spec, lines);
 }
 
 Status save_campaign(const Campaign& campaign, const fs::path& folder) {

@@ -25,11 +25,11 @@ constexpr std::uint32_t kFirstDomain = 10, kDomains = 90;
 
 Result<fs::path> find_model(const std::string& name) {
   std::error_code failure;
-  if (fs::is_directory(name, failure)) return fs::absolute(name);
+  if (fs::exists(fs::path(name) / "manifest.txt", failure)) return fs::absolute(name);
   const auto config = config::config_folder();
   if (!config) return Error{config.error()};
   const fs::path shipped = config->parent_path() / "models" / name;
-  if (fs::is_directory(shipped, failure)) return shipped;
+  if (fs::exists(shipped / "manifest.txt", failure)) return shipped;
   return Error{"model '" + name + "' is neither a folder nor one of " + shipped.parent_path().string() +
                ", expected a folder with manifest.txt"};
 }
@@ -85,7 +85,9 @@ Status ServerFlyer::ensure_server(const std::string& model, const std::atomic<bo
                                      "--log-level",
                                      "info"};
   if (!options_.isa.empty()) arguments.insert(arguments.end(), {"--isa", options_.isa});
-  const fs::path log = options_.logs / ("server-" + host_name() + "-" + std::to_string(worker_) + ".log");
+  // Shards may share the folder, and the machine.
+  const fs::path log = options_.logs / ("server-" + host_name() + "-" + std::to_string(getpid()) + "-" +
+                                        std::to_string(worker_) + ".log");
   auto server = ServerProcess::start(arguments, log, kServerStart, cancel);
   if (!server) {
     const bool bad_input = server.error().find("code " + std::to_string(kBadInput) + " ") != std::string::npos ||

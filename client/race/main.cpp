@@ -14,6 +14,7 @@
 #include "client/race/campaign_run.h"
 #include "client/race/files.h"
 #include "client/race/report.h"
+#include "client/race/single_cell.h"
 #include "client/race/trial_log.h"
 #include "common/base/logging.h"
 #include "common/base/progress_line.h"
@@ -42,6 +43,10 @@ struct Arguments {
   double trial_limit_s = 900.0;
   bool allow_mixed = false, dry_run = false, no_report = false;
   std::vector<std::string> sources;
+  std::string scenario = "circle-0.3m", profile = "race", model = "race";
+  std::vector<double> speeds_m_s{7.0};
+  int laps = 0;
+  Link link;
 };
 
 int complain(const std::string& sentence, int code = kExitBadInput) {
@@ -105,10 +110,19 @@ int report(const fs::path& folder) {
   return kExitDone;
 }
 
+/// The campaign that is named, or the one cell that is asked for.
+Result<Campaign> campaign_of(const Arguments& a) {
+  if (!a.campaign.empty()) {
+    const auto file = config::find_config("campaigns", a.campaign);
+    return file ? load_campaign(*file) : Result<Campaign>(Error{file.error()});
+  }
+  SingleCell asked{a.scenario, a.profile, a.model, a.speeds_m_s, {1, 20}, {}, a.link};
+  if (a.laps > 0) asked.laps = a.laps;
+  return single_cell_campaign(asked);
+}
+
 int run(const Arguments& a) {
-  const auto file = config::find_config("campaigns", a.campaign);
-  if (!file) return complain(file.error());
-  const auto campaign = load_campaign(*file);
+  const auto campaign = campaign_of(a);
   if (!campaign) return complain(campaign.error());
   const auto request = request_of(a);
   if (!request) return complain(request.error());
@@ -217,6 +231,7 @@ void declare(CLI::App* app, Arguments* a) {
       "  gatefield-race run smoke --out out/smoke                    a small campaign that ships, in half a minute\n"
       "  gatefield-race run my/campaign.txt --out out/mine           your own (docs/racing.md)\n"
       "  gatefield-race run paper --shard 3/16 --out out/paper       a sixteenth of the paper's tables\n"
+      "  gatefield-race fly --scenario circle-yaw30 --speed 8 10 --seeds 1-20 --out out/yaw     one scenario, no file\n"
       "  gatefield-race merge host1/out host2/out --out out/all      results of several machines in one report\n"
       "\nExit code\n"
       "  0 all flown   2 bad input   3 no server answers   130 interrupted; the same command goes on\n");
@@ -228,6 +243,20 @@ void declare(CLI::App* app, Arguments* a) {
 
   CLI::App* paper = app->add_subcommand("paper", "The same for the campaign that makes the paper's tables and figures");
   declare_run(paper, a, false);
+
+  CLI::App* fly =
+      app->add_subcommand("fly", "The same for one scenario, without a file; seeds 1-20 unless told otherwise");
+  fly->add_option("--scenario", a->scenario, "Scenario: a file, or a short name of a shipped one")
+      ->capture_default_str();
+  fly->add_option("--speed", a->speeds_m_s, "Soft speed limits in m/s, one or more")->capture_default_str();
+  fly->add_option("--profile", a->profile, "Planner profile of the server")->capture_default_str();
+  fly->add_option("--model", a->model, "Model: a folder, or the name of a shipped one")->capture_default_str();
+  fly->add_option("--laps", a->laps, "Laps in place of the course's; 0 = the course's")->capture_default_str();
+  fly->add_option("--delay-each-way-ms", a->link.each_way_ms, "Delay of the link, there and again back")
+      ->capture_default_str();
+  fly->add_option("--jitter-ms", a->link.jitter_ms, "And up to this much more")->capture_default_str();
+  fly->add_option("--loss", a->link.loss, "Share of messages lost, each way")->capture_default_str();
+  declare_run(fly, a, true);
 
   CLI::App* merge = app->add_subcommand("merge", "Put the results of several machines into one folder, and report");
   merge->add_option("source", a->sources, "Folders of results, or trials*.csv files")->required();

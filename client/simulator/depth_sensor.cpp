@@ -3,19 +3,25 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/config/scenario.h"
-
 namespace gatefield::simulator {
 
-DepthSensor::DepthSensor(const scene::World& world, const CameraModel& camera, const scene::SensorNoise& noise,
-                         std::uint64_t seed)
-    : renderer_(world),
-      camera_(camera),
-      noise_(noise),
-      random_(seed, static_cast<std::uint64_t>(config::Stream::kSensorNoise)) {}
+DepthSensor::DepthSensor(const scene::World& world, const config::Scenario& scenario)
+    : camera_(scenario.vehicle.camera),
+      noise_(scenario.sensor_noise),
+      random_(scenario.seed, static_cast<std::uint64_t>(config::Stream::kSensorNoise)) {
+  if (scenario.stereo) {
+    stereo_.emplace(world, *scenario.stereo, scenario.seed);
+  } else {
+    renderer_.emplace(world);
+  }
+}
 
 const scene::DepthImage& DepthSensor::capture(const Eigen::Isometry3d& X_WB) {
-  renderer_.render(camera_, X_WB * camera_.X_BC, &clean_, &surface_);
+  if (stereo_) {
+    stereo_->render(camera_, X_WB * camera_.X_BC, &random_, &noisy_);
+    return noisy_;
+  }
+  renderer_->render(camera_, X_WB * camera_.X_BC, &clean_, &surface_);
   scene::apply_noise(noise_, camera_, clean_, surface_, &random_, &noisy_);
   return noisy_;
 }

@@ -1,21 +1,24 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/base/random.h"
+#include "common/config/scenario.h"
 #include "common/geometry/camera.h"
 #include "common/scene/depth_camera.h"
 #include "common/scene/sensor_noise.h"
+#include "common/scene/stereo_camera.h"
 
 namespace gatefield::simulator {
 
-/// The vehicle's depth camera: what it would see of the true world, with the sensor's noise.
+/// The vehicle's depth camera: what it would see of the true world, with the sensor's noise; or a pair of cameras whose
+/// pictures are matched, when the scenario has one.
 /// Thread-safe: no (one thread at a time).   Real-time safe: no.
 class DepthSensor {
  public:
-  DepthSensor(const scene::World& world, const CameraModel& camera, const scene::SensorNoise& noise,
-              std::uint64_t seed);
+  DepthSensor(const scene::World& world, const config::Scenario& scenario);
 
   /// Takes a frame from the given pose of the body; valid until the next call. Same sequence of calls, same images.
   const scene::DepthImage& capture(const Eigen::Isometry3d& X_WB);
@@ -23,7 +26,8 @@ class DepthSensor {
   const std::vector<std::uint16_t>& millimetres();
 
  private:
-  scene::DepthCamera renderer_;
+  std::optional<scene::DepthCamera> renderer_;  // one of the two
+  std::optional<scene::StereoCamera> stereo_;
   CameraModel camera_;
   scene::SensorNoise noise_;
   Random random_;

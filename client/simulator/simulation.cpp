@@ -102,7 +102,7 @@ class Race {
         on_progress_(on_progress),
         world_(std::move(world)),
         plant_(std::move(plant)),
-        sensor_(world_, scenario.vehicle.camera, scenario.sensor_noise, scenario.seed),
+        sensor_(world_, scenario),
         estimator_(scenario.state_noise, scenario.seed),
         snapshots_(world_, scenario.vehicle.camera),
         referee_(world_, rules(), start_state(scenario).p_WB),

@@ -37,6 +37,16 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
   if (auto status = validate(scenario->perturbation); !status) return status;
   scenario->sensor_noise = to_sensor_noise(spec.sensor_noise());
   if (auto status = validate(scenario->sensor_noise); !status) return status;
+  if (spec.has_stereo()) {
+    if (spec.has_sensor_noise() || spec.has_sensor_noise_file())
+      return Error{"stereo and sensor_noise are both set, expected one: the pair of cameras makes its own noise"};
+    scene::StereoOptions options;
+    if (spec.stereo().has_ambient()) options.ambient = spec.stereo().ambient();
+    if (spec.stereo().has_lamp()) options.lamp = spec.stereo().lamp();
+    if (spec.stereo().has_pattern()) options.pattern = spec.stereo().pattern();
+    if (auto status = scene::validate(options); !status) return status;
+    scenario->stereo = options;
+  }
   const StateNoiseSpec& state = spec.state_noise();
   scenario->state_noise = {state.position_m(), state.velocity_m_s(), state.attitude_deg() * kDegree,
                            state.rate_rad_s()};

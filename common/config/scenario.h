@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "common/base/clock.h"
@@ -10,6 +11,7 @@
 #include "common/config/course.h"
 #include "common/config/vehicle.h"
 #include "common/scene/sensor_noise.h"
+#include "common/scene/stereo_camera.h"
 
 namespace gatefield::config {
 
@@ -45,6 +47,7 @@ struct Scenario {
   Vehicle vehicle;  ///< what the planner is told
   Perturbation perturbation;
   scene::SensorNoise sensor_noise;
+  std::optional<scene::StereoOptions> stereo;  ///< set: this sensor, and no sensor_noise
   StateNoise state_noise;
   Mismatch mismatch;
   std::uint64_t seed = 1;

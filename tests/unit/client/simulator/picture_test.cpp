@@ -83,6 +83,25 @@ TEST_F(Outputs, ARaceThatEndsAtOnceStillGivesAPicture) {
   EXPECT_FALSE(cv::imread((folder_ / "nothing.png").string()).empty());
 }
 
+TEST_F(Outputs, SeveralFlightsShareAPicture) {
+  FlownPath one{1, true, {}};
+  for (const auto& sample : report_->samples)
+    one.points.push_back({sample.t_s, sample.state.p_WB, sample.state.v_WB.norm()});
+  FlownPath other = one;
+  other.seed = 2;
+  other.won = false;
+  other.points.resize(other.points.size() / 2);
+  const auto file = folder_ / "flights.png";
+  ASSERT_TRUE(write_flights_picture(file, *scenario_, {one}, "one", "").ok());
+  const cv::Mat alone = cv::imread(file.string());
+  ASSERT_TRUE(write_flights_picture(file, *scenario_, {one, other}, "one", "").ok());
+  cv::Mat difference;
+  cv::absdiff(alone, cv::imread(file.string()), difference);
+  EXPECT_GT(colors_in(alone), 200u);
+  EXPECT_GT(cv::countNonZero(difference.reshape(1)), 1000) << "the second flight's gates leave no trace";
+  EXPECT_TRUE(write_flights_picture(file, *scenario_, {}, "none", "").ok());
+}
+
 TEST_F(Outputs, TheDepthPictureIsNotBlank) {
   ASSERT_TRUE(report_->snapshot);
   const auto file = folder_ / "depth.png";

@@ -5,6 +5,7 @@
 
 #include <thread>
 
+#include "client/simulator/depth_sensor.h"
 #include "common/config/locate.h"
 #include "tests/support/path_follower.h"
 
@@ -89,6 +90,8 @@ TEST(Lockstep, AClientThatBelievesTheNominalGatesHitsOne) {
   const Report report = race(scenario, {}, &client);
   EXPECT_EQ(report.outcome, Outcome::kTouchedGate) << report.sentence;
   EXPECT_EQ(report.contacts, 1);
+  EXPECT_GE(report.culprit_gate, 0);
+  EXPECT_EQ(report.end_state.p_WB, report.samples.back().state.p_WB);
 }
 
 TEST(Lockstep, AVehicleThatStaysPutIsStalled) {
@@ -135,6 +138,66 @@ TEST(Lockstep, ALinkDelayShowsOlderStatesButNoFewer) {
   EXPECT_EQ(late.states.size(), prompt.states.size());
   EXPECT_EQ(late.frames[0], prompt.frames[0]) << "a frame keeps the stamp of its capture";
   EXPECT_LE(late.frames.size(), prompt.frames.size());
+}
+
+TEST(Lockstep, ALinkThatShakesAndLosesNeverGoesBackInTimeAndRepeatsItself) {
+  const auto scenario = circle();
+  Options options;
+  options.link_delay = std::chrono::milliseconds(20);
+  options.link_jitter = std::chrono::milliseconds(45);
+  options.link_loss = 0.1;
+  const auto fly_once = [&](const Options& link) {
+    test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+    race(scenario, link, &client);
+    return client.received();
+  };
+  const auto first = fly_once(options), again = fly_once(options), clean = fly_once({});
+  EXPECT_EQ(first.states, again.states);
+  EXPECT_EQ(first.frames, again.frames);
+  for (std::size_t i = 1; i < first.states.size(); ++i) ASSERT_GT(first.states[i], first.states[i - 1]) << i;
+  for (std::size_t i = 1; i < first.frames.size(); ++i) ASSERT_GT(first.frames[i], first.frames[i - 1]) << i;
+  // Both ways of a state must go well: 0.9^2; some more are overtaken.
+  const double share = static_cast<double>(first.states.size()) / static_cast<double>(clean.states.size());
+  EXPECT_LT(share, 0.81);
+  EXPECT_GT(share, 0.3);
+  EXPECT_LT(first.frames.size(), clean.frames.size());
+}
+
+TEST(Lockstep, LossAloneLosesBothWaysOfAState) {
+  const auto scenario = circle();
+  Options options;
+  options.link_loss = 0.2;
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+  const Report report = race(scenario, options, &client);
+  const auto received = client.received();
+  const double periods = report.race_time_s / 0.02;
+  EXPECT_NEAR(static_cast<double>(received.states.size()) / periods, 0.64, 0.1);
+  EXPECT_EQ(received.states.size(), report.control_ticks);
+}
+
+TEST(DepthSensors, ThePairOfCamerasSeesAboutTheSameAndRepeatsItself) {
+  auto scenario = circle();
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  X_WB.translation() = Eigen::Vector3d(6.0, -3.0, 1.5);
+  X_WB.linear() = Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const auto capture = [&] { return DepthSensor(truth(scenario), scenario).capture(X_WB).depth_m; };
+  scenario.sensor_noise.scale = 0.0;
+  const auto ideal = capture();
+  scenario.stereo.emplace();
+  const auto matched = capture();
+  EXPECT_EQ(matched, capture());
+  scenario.seed = 2;
+  scenario.perturbation = {};
+  EXPECT_NE(matched, capture());
+  ASSERT_EQ(matched.size(), ideal.size());
+  std::size_t both = 0, near = 0;
+  for (std::size_t i = 0; i < ideal.size(); ++i) {
+    if (matched[i] <= 0 || ideal[i] <= 0 || ideal[i] > 4) continue;
+    ++both;
+    near += std::abs(matched[i] - ideal[i]) < 0.1f * ideal[i];
+  }
+  EXPECT_GT(both, ideal.size() / 20);
+  EXPECT_GT(near, both * 8 / 10);
 }
 
 TEST(Lockstep, MetresAndMillimetresCarryTheSamePixels) {
@@ -220,6 +283,12 @@ TEST(SimulationOptions, NonsenseIsRefused) {
   options.link_delay = std::chrono::milliseconds(10);
   options.timing = protocol::Timing::kRealTime;
   EXPECT_FALSE(validate(options).ok());
+  options = {};
+  options.link_loss = 1.5;
+  EXPECT_THAT(validate(options).error(), HasSubstr("0 to 0.9"));
+  options = {};
+  options.link_jitter = std::chrono::seconds(2);
+  EXPECT_THAT(validate(options).error(), HasSubstr("jitter is 2000"));
   options = {};
   options.state_rate_hz = 5;
   EXPECT_THAT(validate(options).error(), HasSubstr("10 to 1000 Hz"));

@@ -66,6 +66,14 @@ TEST(Scenario, SensorNoiseComesFromAFileWhenItSaysSo) {
               HasSubstr("both set"));
 }
 
+TEST(Scenario, ThePairOfCamerasTakesThePlaceOfTheNoise) {
+  EXPECT_FALSE(scenario_from("")->stereo);
+  EXPECT_EQ(scenario_from("stereo { }")->stereo->pattern, scene::StereoOptions().pattern);
+  EXPECT_EQ(scenario_from("stereo { pattern: 0.5 }")->stereo->pattern, 0.5);
+  EXPECT_THAT(scenario_from("stereo { }\nsensor_noise { }").error(), HasSubstr("both set, expected one"));
+  EXPECT_THAT(scenario_from("stereo { lamp: -1 }").error(), HasSubstr("stereo.lamp is -1"));
+}
+
 TEST(Scenario, ErrorsNameFileFieldValueAndRange) {
   EXPECT_THAT(scenario_from("perturbation { position_m: -1 }").error(),
               HasSubstr("mine.txt: perturbation.position_m is -1, expected 0 to 5 m"));
