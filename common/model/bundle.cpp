@@ -1,5 +1,6 @@
 #include "common/model/bundle.h"
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <map>
@@ -15,6 +16,7 @@ namespace gatefield::model {
 namespace {
 
 constexpr std::int64_t kMaxEncoderNumbers = 16'000'000;
+constexpr std::size_t kMaxName = 63;
 /// Beyond this an encoder's answer is no latent, centre or logit.
 constexpr double kMaxAnswer = 1e6;
 constexpr int kMaxLatent = 1024;
@@ -37,8 +39,11 @@ Status check_manifest(const std::filesystem::path& file, const Manifest& manifes
   const bool hyper = manifest.decoder_kind == DecoderKind::kHyper;
   const int least_latent = hyper ? 4 : 1;
   for (const Status& status :
-       {expect(manifest.encoder_kind == "two_look" || manifest.encoder_kind == "plain", "encoder_kind",
-               "'" + manifest.encoder_kind + "'", "'two_look' or 'plain'"),
+       {expect(manifest.name.size() <= kMaxName &&
+                   std::all_of(manifest.name.begin(), manifest.name.end(), [](char c) { return c >= ' ' && c <= '~'; }),
+               "name", in_quotes(manifest.name), "up to " + std::to_string(kMaxName) + " printable letters"),
+        expect(manifest.encoder_kind == "two_look" || manifest.encoder_kind == "plain", "encoder_kind",
+               in_quotes(manifest.encoder_kind), "'two_look' or 'plain'"),
         expect(manifest.latent_size >= least_latent && manifest.latent_size <= kMaxLatent, "latent_size",
                std::to_string(manifest.latent_size),
                std::to_string(least_latent) + " to " + std::to_string(kMaxLatent)),

@@ -235,6 +235,9 @@ TEST_F(BundleTest, NamesTheFieldOfTheManifest) {
   };
   EXPECT_THAT(with([](Manifest& m) { m.encoder_kind = "three_look"; }),
               AllOf(HasSubstr("manifest.txt"), HasSubstr("encoder_kind is 'three_look'"), HasSubstr("'plain'")));
+  EXPECT_THAT(with([](Manifest& m) { m.encoder_kind = "\x1b[31m"; }), HasSubstr("encoder_kind is '?[31m'"));
+  EXPECT_THAT(with([](Manifest& m) { m.name = "a\nb"; }), HasSubstr("name is 'a?b', expected up to 63 printable"));
+  EXPECT_THAT(with([](Manifest& m) { m.name = std::string(64, 'a'); }), HasSubstr("name is 'aaaa"));
   EXPECT_THAT(with([](Manifest& m) { m.latent_size = 3; }), HasSubstr("latent_size is 3, expected 4 to 1024"));
   EXPECT_THAT(with([](Manifest& m) { m.latent_size = 1025; }), HasSubstr("latent_size is 1025"));
   EXPECT_THAT(with([](Manifest& m) { m.encoding_octaves = 17; }), HasSubstr("encoding_octaves is 17"));
