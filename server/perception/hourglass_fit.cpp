@@ -8,9 +8,9 @@ namespace gatefield::perception {
 namespace {
 
 constexpr int kPoints = 192;
-constexpr double kRadius_m = 0.9;
+constexpr double kRadius_m = 1.1;
 constexpr int kIterations = 12;
-constexpr double kHuber_m = 0.04;
+constexpr double kHuber_m = 0.08;
 constexpr std::array kStartYaw_rad{0.0, 0.6, -0.6, 1.2, -1.2};
 constexpr double kGoodEnough_m = 0.05;  ///< a fit from the first starting angle that needs no second try
 
