@@ -15,8 +15,8 @@ struct Part {
   std::string_view design;
   std::uint64_t images = 0;  ///< image passes
   double learning_rate = 2e-3;
-  double simulation = 1.0;      ///< part of the images from simulation
-  double stereo = 0.0;          ///< and from the second sensor
+  double simulation = 1.0;           ///< part of the images from simulation
+  double stereo = 0.0;               ///< and from the second sensor
   std::string_view start_from = {};  ///< another part that this one begins with; empty = random weights
   bool freeze_decoders = false;
   bool ships = false;  ///< its bundle goes into the repository; the others are there to compare with
