@@ -61,17 +61,6 @@ std::vector<pid_t> servers_of(pid_t parent) {
   return found;
 }
 
-pid_t only_child(const std::string& program) {
-  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-    std::ifstream in(entry.path() / "stat");
-    std::string pid, name, state;
-    pid_t ppid = 0;
-    if (in >> pid >> name >> state >> ppid && ppid == getpid() && name == "(" + program.substr(0, 15) + ")")
-      return static_cast<pid_t>(std::stol(pid));
-  }
-  return -1;
-}
-
 template <typename Condition>
 bool eventually(const Condition& condition, std::chrono::seconds limit) {
   const auto end = std::chrono::steady_clock::now() + limit;
@@ -80,6 +69,23 @@ bool eventually(const Condition& condition, std::chrono::seconds limit) {
     std::this_thread::sleep_for(20ms);
   }
   return false;
+}
+
+/// Our child that runs this program; waits for it, as a child that has just been started still bears our own name.
+pid_t child_of_ours(const std::string& program) {
+  pid_t found = -1;
+  const auto look = [&] {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+      std::ifstream in(entry.path() / "stat");
+      std::string pid, name, state;
+      pid_t ppid = 0;
+      if (in >> pid >> name >> state >> ppid && ppid == getpid() && name == "(" + program.substr(0, 15) + ")")
+        found = static_cast<pid_t>(std::stol(pid));
+    }
+    return found > 0;
+  };
+  eventually(look, 10s);
+  return found;
 }
 
 TEST_F(Campaign, InterruptedAndGoneOnWithItIsTheSameAsInOneGo) {
@@ -94,7 +100,7 @@ TEST_F(Campaign, InterruptedAndGoneOnWithItIsTheSameAsInOneGo) {
 
   // Interrupted after the first trial; no server is left behind.
   Process first = race("first.log", {"run", "smoke", "--out", out("parts").string(), "--workers", "1"});
-  const pid_t racer = only_child("gatefield-race");
+  const pid_t racer = child_of_ours("gatefield-race");
   ASSERT_GT(racer, 0);
   ASSERT_TRUE(eventually([this] { return !results("parts").empty(); }, 60s)) << first.output();
   const auto servers = servers_of(racer);
@@ -109,7 +115,7 @@ TEST_F(Campaign, InterruptedAndGoneOnWithItIsTheSameAsInOneGo) {
 
   // Gone on with; its server is killed in the middle, and another takes its place.
   Process rest = race("rest.log", {"run", "smoke", "--out", out("parts").string(), "--workers", "1"});
-  const pid_t again = only_child("gatefield-race");
+  const pid_t again = child_of_ours("gatefield-race");
   ASSERT_TRUE(eventually([&] { return results("parts").size() > flown || rest.wait(0s); }, 60s)) << rest.output();
   if (results("parts").size() < 6)
     for (const pid_t server : servers_of(again)) ::kill(server, SIGKILL);
@@ -143,7 +149,7 @@ TEST_F(Campaign, BadInputIsSaidBeforeAnythingStarts) {
     EXPECT_EQ(program.wait(20s).value_or(-1), 2) << program.output();
     return program.output();
   };
-  EXPECT_THAT(refused({"run", "smock", "--out", out("x").string()}), HasSubstr("one of: paper, smoke"));
+  EXPECT_THAT(refused({"run", "smock", "--out", out("x").string()}), HasSubstr("one of: paper, readme, smoke"));
   EXPECT_THAT(refused({"run", "smoke", "--out", out("x").string(), "--shard", "3/2"}), HasSubstr("INDEX/COUNT"));
   EXPECT_THAT(refused({"run", "smoke", "--out", out("x").string(), "--profiles", "/nowhere"}),
               HasSubstr("profile is 'race'"));
