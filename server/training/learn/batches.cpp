@@ -194,17 +194,19 @@ void draw_image(std::span<const Source> sources, const BatchOptions& options, in
 void plan_crop(const BatchOptions& options, int index, Batch* batch) {
   const auto image = static_cast<std::size_t>(index / options.crops_per_image);
   Random random(options.seed, kCropStream + batch->step * 4096 + static_cast<std::uint64_t>(index));
-  const double kind = random.uniform();
-  batch->crop_predicted[static_cast<std::size_t>(index)] = kind < options.predicted_part ? 1 : 0;
-  if (kind < options.predicted_part) return;
-
   const std::span gates(batch->gates[image].data(), static_cast<std::size_t>(batch->gate_count[image]));
   std::array<const GateLabel*, kMaxGates> seen{};
   std::uint32_t seen_n = 0;
   for (const GateLabel& gate : gates) {
     if (gate.visible_fraction >= kDimVisibleFraction && gate.p_CG.z() > 0.35f) seen[seen_n++] = &gate;
   }
-  if (seen_n == 0 || kind < options.predicted_part + options.free_part) {
+  // What the first look takes for a gate where none is are the hardest negatives: most crops of such images.
+  const double predicted_part = seen_n == 0 ? options.predicted_part_empty : options.predicted_part;
+  const double kind = random.uniform();
+  batch->crop_predicted[static_cast<std::size_t>(index)] = kind < predicted_part ? 1 : 0;
+  if (kind < predicted_part) return;
+
+  if (seen_n == 0 || kind < predicted_part + options.free_part) {
     const std::span<const float> noisy(batch->noisy_m.data() + image * kImageSize_px, kImageSize_px);
     cut_crop(options, index, gate_free_point(noisy, gates, &random), batch);
     return;
@@ -286,6 +288,21 @@ void cut_crop(const BatchOptions& options, int index, Eigen::Vector3d center_C, 
   set_target(nearest, nearest != nullptr ? loss_weight(*nearest) : 0.0f, valid ? 1.0f : 0.0f,
              valid || !doubtful ? 1.0f : 0.0f, at, batch);
   set_points(options, nearest, at, &random, batch);
+}
+
+void cut_predicted_crops(const BatchOptions& options, int image, const Eigen::Vector3d& center_C, Batch* batch) {
+  bool first = true;
+  for (int k = 0; k < options.crops_per_image; ++k) {
+    const int crop = image * options.crops_per_image + k;
+    if (batch->crop_predicted[static_cast<std::size_t>(crop)] == 0) continue;
+    Eigen::Vector3d at_C = center_C;
+    if (!first) {
+      Random random(options.seed, kCropStream + (batch->step * 4096 + 3072 + static_cast<std::uint64_t>(crop)));
+      for (int axis = 0; axis < 3; ++axis) at_C[axis] += options.predicted_jitter_m * random.normal();
+    }
+    first = false;
+    cut_crop(options, crop, at_C, batch);
+  }
 }
 
 void make_batch(std::span<const Source> sources, const BatchOptions& options, std::uint64_t step, Batch* batch) {

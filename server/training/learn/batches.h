@@ -30,6 +30,8 @@ struct BatchOptions {
   Design design = designs().front();  ///< says which inputs are made
   scene::SensorNoise noise;           ///< of simulated images; its scale is drawn below
   double predicted_part = 0.32;       ///< of the crops: around what the first look says
+  double predicted_part_empty = 0.7;  ///< the same in images without a gate
+  double predicted_jitter_m = 0.15;   ///< sigma per axis for an image's second such crop and later ones, not the same
   double free_part = 0.20;            ///< around a point where no gate is
   double prior_sigma_min_m = 0.02;    ///< the rest: around a gate's centre + noise, sigma per axis log-uniform
   double prior_sigma_max_m = 0.45;
@@ -66,7 +68,7 @@ struct Batch {
   std::vector<float> frame_mask;   ///< [B][anchor_h][anchor_w], 1 where the nearest valid gate's frame shows
   std::vector<float> look_target;  ///< [B][4]: centre of the nearest valid gate, weight
 
-  std::vector<std::uint8_t> crop_predicted;  ///< [C] 1: still to be cut around the first look's centre by cut_crop()
+  std::vector<std::uint8_t> crop_predicted;  ///< [C] 1: waits for cut_predicted_crops()
   std::vector<float> crop_input;             ///< [C] crop_input
   std::vector<float> crop_context;
   std::vector<float> crop_center;  ///< [C][3]
@@ -97,6 +99,9 @@ void make_batch(std::span<const Source> sources, const BatchOptions& options, st
 /// Fills crop `index` (of image index / crops_per_image) around center_C, with its targets and query points.
 /// A centre behind or right at the camera is moved to the least depth that can be cropped.
 void cut_crop(const BatchOptions& options, int index, Eigen::Vector3d center_C, Batch* batch);
+
+/// Fills those crops of an image that wait for what the first look says: the first one there, the others near by.
+void cut_predicted_crops(const BatchOptions& options, int image, const Eigen::Vector3d& center_C, Batch* batch);
 
 /// Makes batches ahead of time in threads of its own and hands them out in order.
 /// Thread-safe: next() from one thread.

@@ -203,7 +203,7 @@ torch::Tensor Trainer::State::losses_on_gate(Batch* batch, const torch::Tensor& 
   out->validity = validity.item<double>();
   out->depth = depth.item<double>();
   out->constant_m = constant_level(*batch);
-  const auto total = field + 0.5 * normal + 0.2 * validity + 0.2 * depth + 0.05 * predicted_error;
+  const auto total = field + 0.5 * normal + 0.5 * validity + 0.2 * depth + 0.05 * predicted_error;
   return design.has_center() ? total + 2.0 * center_error : total;
 }
 
@@ -230,10 +230,9 @@ torch::Tensor Trainer::State::losses_two_look(const BatchOptions& batch_options,
 
   // No gradient goes through the cropping.
   const auto seen = unwrap(look.center);
-  for (int crop = 0; crop < batch->crops; ++crop) {
-    if (batch->crop_predicted[static_cast<std::size_t>(crop)] == 0) continue;
-    const auto at = static_cast<std::size_t>(3 * (crop / batch_options.crops_per_image));
-    cut_crop(batch_options, crop, Eigen::Vector3d(seen[at], seen[at + 1], seen[at + 2]), batch);
+  for (int image = 0; image < batch->images; ++image) {
+    const auto at = static_cast<std::size_t>(3 * image);
+    cut_predicted_crops(batch_options, image, Eigen::Vector3d(seen[at], seen[at + 1], seen[at + 2]), batch);
   }
   const std::int64_t size = options.design.crop_size;
   const auto code = live->second(wrap_image(batch->crop_input, {crops, model::kCropChannels, size, size}),
