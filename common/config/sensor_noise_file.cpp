@@ -1,8 +1,8 @@
 #include "common/config/sensor_noise_file.h"
 
-#include <fstream>
 #include <sstream>
 
+#include "common/base/write_text_file.h"
 #include "common/config/scenario.pb.h"
 #include "common/config/text_file.h"
 
@@ -57,11 +57,7 @@ Status save_sensor_noise(const std::filesystem::path& file, const scene::SensorN
   put("incidence_loss", noise.incidence_loss);
   put("reflectance_loss", noise.reflectance_loss);
   put("scale", noise.scale);
-  std::ofstream out(file, std::ios::trunc);
-  out << text.str();
-  out.close();
-  if (!out) return Error{file.string() + ": can't be written"};
-  return {};
+  return write_text_file(file, text.str());
 }
 
 }  // namespace gatefield::config

@@ -1,9 +1,9 @@
 #include <google/protobuf/text_format.h>
 
 #include <cmath>
-#include <fstream>
 #include <numbers>
 
+#include "common/base/write_text_file.h"
 #include "common/config/text_file.h"
 #include "common/model/bundle.h"
 #include "common/model/manifest.pb.h"
@@ -69,11 +69,7 @@ std::string manifest_text(const Manifest& manifest) {
 }
 
 Status write_manifest(const Manifest& manifest, const std::filesystem::path& file) {
-  std::ofstream out(file, std::ios::trunc);
-  out << manifest_text(manifest);
-  out.close();
-  if (!out) return Error{file.string() + " can't be written"};
-  return {};
+  return write_text_file(file, manifest_text(manifest));
 }
 
 namespace {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
+#include "common/base/write_text_file.h"
 #include "common/plot/program.h"
 #include "common/plot/table.h"
 
@@ -89,14 +89,6 @@ const char* key_place(Key key) {
       break;
   }
   return "top right";
-}
-
-Status write_file(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::trunc | std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) return Error{file.string() + " can't be written"};
-  return {};
 }
 
 }  // namespace
@@ -211,8 +203,8 @@ Result<Drawn> draw(const Chart& chart, const std::filesystem::path& folder, cons
   drawn.csv = folder / (name + ".csv");
   drawn.script = folder / (name + ".gp");
   const std::filesystem::path png = folder / (name + ".png");
-  if (Status written = write_file(drawn.csv, to_csv(chart)); !written) return Error{written.error()};
-  if (Status written = write_file(drawn.script, to_gnuplot(chart, name + ".csv", name + ".png")); !written)
+  if (Status written = write_text_file(drawn.csv, to_csv(chart)); !written) return Error{written.error()};
+  if (Status written = write_text_file(drawn.script, to_gnuplot(chart, name + ".csv", name + ".png")); !written)
     return Error{written.error()};
   std::filesystem::remove(png, code);  // an old picture must not pass for this one
 

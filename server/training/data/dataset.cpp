@@ -1,17 +1,15 @@
 #include "server/training/data/dataset.h"
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "common/base/multiversion.h"
 #include "server/training/data/dataset_layout.h"
+#include "server/training/data/fill.h"
 #include "server/training/data/sampling.h"
 #include "server/training/data/scenes.h"
 
@@ -202,50 +200,13 @@ Status generate_dataset(const std::filesystem::path& file, const DatasetOptions&
   DatasetColumns columns;
   columns.X_WC = true;
   columns.points = options.points;
-  auto opened = DatasetWriter::open(file, info, columns);
-  if (!opened) return Error{opened.error()};
-  DatasetWriter& writer = opened.value();
-  if (writer.info().note != info.note) {
-    return file_error(file, "has the note '" + writer.info().note + "', expected '" + info.note +
-                                "': delete it to have it made again");
-  }
-  if (writer.count() >= options.count) return {};
-  if (Status room = writer.reserve(options.count); !room) return room;
-
-  // Blocks are made side by side in memory and written in order.
-  constexpr std::uint64_t kBlock = 256;
-  std::vector<Sample> samples(kBlock);
-  const auto start = std::chrono::steady_clock::now();
-  const std::uint64_t done_before = writer.count();
-  while (writer.count() < options.count) {
-    const std::uint64_t done = writer.count();
-    const std::uint64_t count = std::min(kBlock, options.count - done);
-    std::atomic<std::uint64_t> next{0};
-    const auto work = [&] {
-      for (std::uint64_t i = next++; i < count; i = next++) {
-        const std::uint64_t index = options.first_index + done + i;
-        samples[i] = generate(options.seed, index);
-        if (options.points > 0) add_points(options.seed, index, options.points, &samples[i]);
-      }
-    };
-    {
-      std::vector<std::jthread> helpers;
-      for (int i = 1; i < options.threads; ++i) helpers.emplace_back(work);
-      work();
-    }
-    for (std::uint64_t i = 0; i < count; ++i) {
-      if (Status added = writer.append(samples[i]); !added) return added;
-    }
-    if (Status flushed = writer.flush(); !flushed) return flushed;
-
-    if (progress) {
-      const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      const double rate_hz = static_cast<double>(writer.count() - done_before) / std::max(elapsed_s, 1e-9);
-      const double left_n = static_cast<double>(options.count - writer.count());
-      if (!progress({writer.count(), options.count, rate_hz, left_n / rate_hz}) && left_n > 0) return {};
-    }
-  }
-  return writer.close();
+  const auto make = [&](std::uint64_t done, std::uint64_t job, std::vector<Sample>* samples) {
+    if (done + job >= options.count) return;
+    const std::uint64_t index = options.first_index + done + job;
+    samples->push_back(generate(options.seed, index));
+    if (options.points > 0) add_points(options.seed, index, options.points, &samples->back());
+  };
+  return fill_dataset(file, {info, columns, options.count, 256, options.threads, make}, progress);
 }
 
 }  // namespace gatefield::training

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
-#include <thread>
 
+#include "server/training/data/fill.h"
 #include "server/training/data/scene_parts.h"
 
 namespace gatefield::training {
@@ -484,59 +482,21 @@ Status generate_flights(const std::filesystem::path& file, const FlightOptions& 
   info.note = note_of(options);
   DatasetColumns columns;
   columns.X_WC = columns.sequence = columns.time = true;
-  auto opened = DatasetWriter::open(file, info, columns);
-  if (!opened) return Error{opened.error()};
-  DatasetWriter& writer = opened.value();
-  if (writer.info().note != info.note) {
-    return Error{"data set " + file.string() + " has the note '" + writer.info().note + "', expected '" + info.note +
-                 "': delete it to have it made again"};
-  }
-  if (writer.count() >= options.count) return {};
-  if (Status room = writer.reserve(options.count); !room) return room;
 
   cv::setNumThreads(1);  // flights are made side by side; OpenCV's own threads would only get in their way
-  const auto start = std::chrono::steady_clock::now();
-  const std::uint64_t done_before = writer.count();
-  std::vector<std::vector<Sample>> flights(static_cast<std::size_t>(options.threads));
-  while (writer.count() < options.count) {
-    const std::uint64_t done = writer.count();
-    const std::uint64_t first = done / options.frames;
-    std::atomic<std::size_t> next{0};
-    const auto work = [&] {
-      for (std::size_t i = next++; i < flights.size(); i = next++) {
-        const std::uint64_t index = first + i;
-        std::vector<Sample>& samples = flights[i];
-        samples.clear();
-        const std::uint64_t begin = index * options.frames;
-        if (begin >= options.count) continue;
-        const Flight flight = draw_flight(options, index);
-        const scene::StereoCamera stereo(flight.world, flight.sensor, flight.texture_seed);
-        const scene::DepthCamera truth(flight.world);
-        const std::uint64_t end = std::min(begin + options.frames, options.count);
-        for (std::uint64_t at = std::max(begin, done); at < end; ++at) {
-          samples.push_back(measure(options, flight, index, static_cast<std::uint32_t>(at - begin), stereo, truth));
-        }
-      }
-    };
-    {
-      std::vector<std::jthread> helpers;
-      for (int i = 1; i < options.threads; ++i) helpers.emplace_back(work);
-      work();
-    }
-    for (const std::vector<Sample>& samples : flights) {
-      for (const Sample& sample : samples) {
-        if (Status added = writer.append(sample); !added) return added;
-      }
-    }
-    if (Status flushed = writer.flush(); !flushed) return flushed;
-    if (progress) {
-      const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      const double rate_hz = static_cast<double>(writer.count() - done_before) / std::max(elapsed_s, 1e-9);
-      const double left_n = static_cast<double>(options.count - writer.count());
-      if (!progress({writer.count(), options.count, rate_hz, left_n / rate_hz}) && left_n > 0) return {};
-    }
-  }
-  return writer.close();
+  const auto make = [&](std::uint64_t done, std::uint64_t job, std::vector<Sample>* samples) {
+    const std::uint64_t index = done / options.frames + job;
+    const std::uint64_t begin = index * options.frames;
+    if (begin >= options.count) return;
+    const Flight flight = draw_flight(options, index);
+    const scene::StereoCamera stereo(flight.world, flight.sensor, flight.texture_seed);
+    const scene::DepthCamera truth(flight.world);
+    const std::uint64_t end = std::min(begin + options.frames, options.count);
+    for (std::uint64_t at = std::max(begin, done); at < end; ++at)
+      samples->push_back(measure(options, flight, index, static_cast<std::uint32_t>(at - begin), stereo, truth));
+  };
+  const auto jobs = static_cast<std::uint64_t>(options.threads);
+  return fill_dataset(file, {info, columns, options.count, jobs, options.threads, make}, progress);
 }
 
 }  // namespace gatefield::training

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
+#include "common/base/write_text_file.h"
 #include "server/training/evaluation/charts.h"
 #include "server/training/evaluation/tables.h"
 
@@ -25,14 +25,6 @@ std::string heading(const Evaluation& evaluation) {
   std::snprintf(text, sizeof text, " Simulated sensor's noise times %g, prior's noise %g m per axis, seed %llu.",
                 options.noise_scale, options.prior_sigma_m, static_cast<unsigned long long>(options.seed));
   return out + text;
-}
-
-Status write_file(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::trunc | std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) return Error{file.string() + " can't be written"};
-  return {};
 }
 
 }  // namespace
@@ -103,11 +95,11 @@ Result<std::vector<std::string>> write_report(const Evaluation& evaluation, cons
   std::error_code code;
   std::filesystem::create_directories(folder, code);
   if (code) return Error{"folder " + folder.string() + " can't be made: " + code.message()};
-  if (Status written = write_file(folder / "evaluation.txt", to_text(evaluation)); !written)
+  if (Status written = write_text_file(folder / "evaluation.txt", to_text(evaluation)); !written)
     return Error{written.error()};
-  if (Status written = write_file(folder / "evaluation.md", to_markdown(evaluation)); !written)
+  if (Status written = write_text_file(folder / "evaluation.md", to_markdown(evaluation)); !written)
     return Error{written.error()};
-  if (Status written = write_file(folder / "evaluation.csv", to_csv(evaluation)); !written)
+  if (Status written = write_text_file(folder / "evaluation.csv", to_csv(evaluation)); !written)
     return Error{written.error()};
   std::vector<std::string> sentences;
   int missing = 0;
