@@ -4,15 +4,27 @@
 #include <cstdint>
 #include <memory>
 
+#include "common/base/clock.h"
 #include "common/base/result.h"
 #include "common/geometry/gate.h"
 #include "common/vehicle/quadrotor.h"
+#include "server/kernels/crew.h"
 #include "server/planner/field.h"
 #include "server/planner/profile.h"
 
 namespace gatefield::planner {
 
 inline constexpr int kMaxSteps = 64;
+
+struct RolloutBatch;
+
+/// Looks at the rollouts of a step as they are weighed, block by block: for records and pictures, never in a race.
+class RolloutObserver {
+ public:
+  virtual ~RolloutObserver() = default;
+  /// @param first  number of the batch's first rollout among all of the step
+  virtual void see(const RolloutBatch& batch, int first) noexcept = 0;
+};
 
 /// What a step plans from.
 struct PlanInput {
@@ -25,6 +37,10 @@ struct PlanInput {
   bool hold = false;             ///< course done: stay near target.center_W instead of passing it
   double field_age_s = 0.0;      ///< age of target.field; ignored when there is none
   double speed_limit_m_s = 0.0;  ///< of the session; 0 = the profile's
+  // For records; the plan does not depend on them.
+  Stamp stamp{0};              ///< of `start`, the vehicle's clock
+  std::uint32_t waypoint = 0;  ///< index of `target` in the course
+  RolloutObserver* observer = nullptr;
 };
 
 /// What comes out. Arrays hold `steps` entries.
@@ -35,17 +51,37 @@ struct Plan {
   double effective_samples = 0.0;
   double temperature = 0.0;
   double lowest_field_m = 0.0;  ///< of the target's field along the plan; 0 when there is none
+  int decoded_rollouts = 0;     ///< for how many the field was asked
   bool ok = false;              ///< false: no rollout had a finite cost; the previous plan, shifted, is returned
 };
 
+/// How a step is computed; the plan is the same.
+struct PlannerOptions {
+  kernels::Crew* crew =
+      nullptr;  ///< whose free threads help with the blocks of a step; null: none. Outlives the planner
+  /// Leaves the field out for rollouts that can no longer get weight. Costs that don't need the field come first; they
+  /// are a lower bound L of the whole cost J, since what the field adds is not negative (FieldUse). With J* the least
+  /// whole cost of a few good rollouts (those of least L in each block), a rollout with L > J* + lambda (20 + ln M) has
+  /// a weight below e^-20 / M of the best one's. All that are left out together have less than e^-20 = 2.1e-9 of the
+  /// whole weight, and the mean input moves by less than that part of its range: below single precision's rounding.
+  /// The others get the same cost, bit for bit. Not done where a term says FieldUse::kAny, with an adaptive temperature
+  /// (which isn't known beforehand), and for rollouts that come back through the gate's plane.
+  bool leave_out = true;
+};
+
 /// MPPI over thrust rates (paper, "Vision Guided Racing Controller via MPPI").
-/// Thread-safe: no, one instance per session.   Real-time safe: plan() yes (no allocation, lock or system call).
+/// Thread-safe: no, one instance per session.   Real-time safe: plan() yes (no allocation, lock or system call, but for
+/// what Crew says), in threads that called prepare_thread(); others allocate their workspace in their first step.
+/// The same seed and inputs give the same plan, bit for bit, whatever the number of threads (on one instruction set).
 class Planner {
  public:
   /// @param gate  nominal shape of the course's gates
   /// @param cone_angle_rad  of the hourglass that the field was trained with (model manifest)
   static Result<std::unique_ptr<Planner>> create(const Profile& profile, const QuadrotorModel& model,
-                                                 const GateShape& gate, double cone_angle_rad, std::uint64_t seed);
+                                                 const GateShape& gate, double cone_angle_rad, std::uint64_t seed,
+                                                 const PlannerOptions& options = {});
+  /// Allocates what a thread needs to plan or to help, once.
+  static void prepare_thread();
   virtual ~Planner() = default;
   virtual void plan(const PlanInput& input, Plan* plan) noexcept = 0;
   /// Forgets the warm start.

@@ -9,6 +9,7 @@ class AltitudeCost final : public CostTerm {
  public:
   explicit AltitudeCost(const Profile& profile) noexcept;
   std::string_view name() const noexcept override { return "altitude"; }
+  FieldUse field_use() const noexcept override { return FieldUse::kNone; }
   void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept override;
 
  private:

@@ -10,6 +10,7 @@ class BodyRateCost final : public CostTerm {
  public:
   explicit BodyRateCost(const Profile& profile) noexcept;
   std::string_view name() const noexcept override { return "body_rate"; }
+  FieldUse field_use() const noexcept override { return FieldUse::kNone; }
   void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept override;
 
  private:

@@ -11,6 +11,7 @@ class CrossingCost final : public CostTerm {
  public:
   explicit CrossingCost(const Profile& profile) noexcept;
   std::string_view name() const noexcept override { return "crossing"; }
+  FieldUse field_use() const noexcept override { return FieldUse::kAdds; }
   void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept override;
 
  private:

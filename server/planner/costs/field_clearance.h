@@ -11,6 +11,7 @@ class FieldClearanceCost final : public CostTerm {
  public:
   explicit FieldClearanceCost(const Profile& profile) noexcept;
   std::string_view name() const noexcept override { return "field_clearance"; }
+  FieldUse field_use() const noexcept override { return FieldUse::kAdds; }
   void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept override;
 
  private:

@@ -14,6 +14,7 @@ class ProgressCost final : public CostTerm {
  public:
   explicit ProgressCost(const Profile& profile) noexcept;
   std::string_view name() const noexcept override { return "progress"; }
+  FieldUse field_use() const noexcept override { return FieldUse::kNone; }
   void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept override;
 
  private:

@@ -9,6 +9,7 @@ class SpeedCost final : public CostTerm {
  public:
   explicit SpeedCost(const Profile& profile) noexcept;
   std::string_view name() const noexcept override { return "speed"; }
+  FieldUse field_use() const noexcept override { return FieldUse::kNone; }
   void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept override;
 
  private:

@@ -11,6 +11,7 @@ class VisibilityCost final : public CostTerm {
  public:
   explicit VisibilityCost(const Profile& profile) noexcept;
   std::string_view name() const noexcept override { return "visibility"; }
+  FieldUse field_use() const noexcept override { return FieldUse::kNone; }
   void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept override;
 
  private:

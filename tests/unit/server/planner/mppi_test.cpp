@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <vector>
 
 #include "server/planner/planner.h"
 #include "tests/support/allocation_trap.h"
 #include "tests/support/analytic_field.h"
+#include "tests/support/crew_threads.h"
 
 namespace gatefield::planner {
 namespace {
@@ -19,8 +21,8 @@ Profile small_profile() {
   return profile;
 }
 
-std::unique_ptr<Planner> make(const Profile& profile, std::uint64_t seed = 1) {
-  auto planner = Planner::create(profile, QuadrotorModel{}, GateShape{}, kGuideConeAngle_rad, seed);
+std::unique_ptr<Planner> make(const Profile& profile, std::uint64_t seed = 1, const PlannerOptions& options = {}) {
+  auto planner = Planner::create(profile, QuadrotorModel{}, GateShape{}, kGuideConeAngle_rad, seed, options);
   EXPECT_TRUE(planner.ok());
   return std::move(planner).value();
 }
@@ -154,7 +156,9 @@ TEST(Mppi, AStateThatIsNotFiniteGivesNoPlanAndNoCrash) {
 TEST(Mppi, AStepAllocatesNothing) {
   const Eigen::Isometry3d X_WG = upright_gate({1, 0, 1.5}, 0);
   const AnalyticField field(X_WG);
-  const auto planner = make(small_profile());
+  kernels::Crew crew(1);
+  const test::CrewThreads others(&crew, 1);
+  const auto planner = make(small_profile(), 1, {&crew, true});
   Plan plan;
   PlanInput input = towards(X_WG, &field, hovering_at({0, 0, 1.5}));
   input.next.field = &field;
@@ -162,6 +166,85 @@ TEST(Mppi, AStepAllocatesNothing) {
   test::AllocationTrap trap;
   for (int i = 0; i < 3; ++i) planner->plan(input, &plan);
   EXPECT_EQ(trap.count(), 0u);
+}
+
+/// The planner as published, as far as it differs here: squared distances, low temperature, no crossing cost.
+Profile paper_like() {
+  Profile profile = small_profile();
+  profile.temperature = 0.1;
+  profile.progress_metric = ProgressMetric::kSquaredDistance;
+  profile.progress_weight = 1;
+  profile.visibility_weight = 0.05;
+  profile.field_weight = 0.4;
+  profile.switch_in_rollout = profile.waypoint_from_field = profile.funnel = false;
+  profile.crossing_weight = profile.altitude_weight = 0;
+  return profile;
+}
+
+/// Plans of a flight through one gate towards a second, both with fields: before, in and behind the opening, with
+/// rollouts that come back through the plane where the speed is low.
+std::vector<Plan> plans_of_a_flight(const Profile& profile, const PlannerOptions& options, double speed_m_s) {
+  const Eigen::Isometry3d X_WG = upright_gate({4, 0.3, 1.6}, 0.3), X_WN = upright_gate({9, 2, 1.6}, 0.6);
+  const AnalyticField field(X_WG), next(X_WN);
+  const auto planner = make(profile, 3, options);
+  QuadrotorState state = hovering_at({0.5, 0, 1.5});
+  state.v_WB = {speed_m_s, 0.2 * speed_m_s, 0};
+  std::vector<Plan> plans(30);
+  for (std::size_t tick = 0; tick < plans.size(); ++tick) {
+    PlanInput input = towards(X_WG, &field, state);
+    input.next.center_W = X_WN.translation();
+    input.next.field = &next;
+    input.step = tick;
+    input.elapsed_s = 0.02;
+    planner->plan(input, &plans[tick]);
+    state.p_WB += 0.02 * state.v_WB;  // the same states whatever was planned
+  }
+  return plans;
+}
+
+TEST(Mppi, ThePlanIsTheSameBitForBitWhateverTheNumberOfThreads) {
+  for (const Profile& profile : {small_profile(), paper_like()}) {
+    const std::vector<Plan> alone = plans_of_a_flight(profile, {}, 5.0);
+    for (const int threads : {1, 2, 3}) {
+      kernels::Crew crew(1);
+      const test::CrewThreads others(&crew, threads - 1);
+      const std::vector<Plan> together = plans_of_a_flight(profile, {&crew, true}, 5.0);
+      for (std::size_t i = 0; i < alone.size(); ++i) {
+        for (std::size_t k = 0; k < 20; ++k) {
+          ASSERT_EQ(alone[i].thrust_rate_n_s[k], together[i].thrust_rate_n_s[k]) << threads << " threads, plan " << i;
+        }
+        EXPECT_EQ(alone[i].effective_samples, together[i].effective_samples);
+        EXPECT_EQ(alone[i].decoded_rollouts, together[i].decoded_rollouts);
+      }
+    }
+  }
+}
+
+TEST(Mppi, LeavingOutChangesThePlanLessThanRoundingDoes) {
+  for (const Profile& profile : {small_profile(), paper_like()}) {
+    for (const double speed_m_s : {5.0, 0.7}) {
+      const std::vector<Plan> whole = plans_of_a_flight(profile, {nullptr, false}, speed_m_s);
+      const std::vector<Plan> less = plans_of_a_flight(profile, {nullptr, true}, speed_m_s);
+      int asked = 0;
+      for (std::size_t i = 0; i < whole.size(); ++i) {
+        asked += less[i].decoded_rollouts;
+        EXPECT_EQ(whole[i].decoded_rollouts, profile.samples);
+        // 2.1e-9 of the range and what single precision makes of the weights' sum; warm starts carry it on.
+        for (std::size_t k = 0; k < 20; ++k) {
+          ASSERT_LT((whole[i].thrust_rate_n_s[k] - less[i].thrust_rate_n_s[k]).cwiseAbs().maxCoeff(), 60 * 1e-5)
+              << profile.temperature << " speed " << speed_m_s << " plan " << i;
+        }
+        EXPECT_NEAR(less[i].effective_samples, whole[i].effective_samples, 1e-3 * whole[i].effective_samples);
+      }
+      EXPECT_LT(asked, 0.9 * 30 * profile.samples) << "nothing was left out";
+    }
+  }
+}
+
+TEST(Mppi, AnAdaptiveTemperatureLeavesNothingOut) {
+  Profile profile = small_profile();
+  profile.target_effective_fraction = 0.1;
+  for (const Plan& plan : plans_of_a_flight(profile, {}, 5.0)) EXPECT_EQ(plan.decoded_rollouts, profile.samples);
 }
 
 TEST(Mppi, MoreCareNearAGateThatWasNotSeenForLong) {
