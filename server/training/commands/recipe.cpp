@@ -44,7 +44,7 @@ std::span<const Recipe> recipes() {
        .held_out = 4'000,
        .stereo = 3'000,
        .stereo_held_out = 1'000,
-       .parts = parts(1'800'000, 160'000, 600'000, 100'000)},
+       .parts = parts(1'800'000, 160'000, 600'000, 60'000)},
       {.name = "try",
        .says = "minutes, to see it work",
        .held_out = 200,

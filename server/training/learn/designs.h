@@ -32,6 +32,8 @@ struct Design {
   bool has_center() const noexcept { return decoder == model::DecoderKind::kHyper; }
   /// What the decoder is conditioned on.
   int latent_size() const noexcept { return latent_z + (has_center() ? 3 : 0); }
+  /// Of the validity in the loss. Two looks need more of it: a crop that shows no gate looks much like one that does.
+  double validity_weight() const noexcept { return plain() ? 0.2 : 0.5; }
   model::CropShape crop() const noexcept {
     return {.half_width_m = model::CropShape{}.half_width_m, .size = crop_size};
   }

@@ -203,7 +203,7 @@ torch::Tensor Trainer::State::losses_on_gate(Batch* batch, const torch::Tensor& 
   out->validity = validity.item<double>();
   out->depth = depth.item<double>();
   out->constant_m = constant_level(*batch);
-  const auto total = field + 0.5 * normal + 0.5 * validity + 0.2 * depth + 0.05 * predicted_error;
+  const auto total = field + 0.5 * normal + design.validity_weight() * validity + 0.2 * depth + 0.05 * predicted_error;
   return design.has_center() ? total + 2.0 * center_error : total;
 }
 
