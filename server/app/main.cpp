@@ -58,6 +58,7 @@ struct Arguments {
   std::string isa = "auto";
   std::string log_level = "info";
   bool realtime = false;
+  std::vector<int> cores;
   bool no_shared_memory = false;
 };
 
@@ -121,6 +122,9 @@ int run(const Arguments& arguments) {
   options.control_threads = arguments.threads > 0 ? arguments.threads : service::default_control_threads();
   options.perception_threads = arguments.perception_threads;
   options.realtime = arguments.realtime;
+  options.cores = arguments.cores;
+  kernels::Crew crew(options.control_threads);
+  options.crew = &crew;
   options.isa = isa;
   options.model_hash = bundle.hash();
   options.model_gate_inner_half_m = bundle.manifest().gate_inner_half_m;
@@ -130,9 +134,9 @@ int run(const Arguments& arguments) {
 
   const double cone_angle_rad = bundle.manifest().cone_angle_rad;
   service::Factories factories;
-  factories.planner = [cone_angle_rad](const planner::Profile& profile, const QuadrotorModel& model,
-                                       const GateShape& gate, std::uint64_t seed) {
-    return planner::Planner::create(profile, model, gate, cone_angle_rad, seed);
+  factories.planner = [cone_angle_rad, &crew](const planner::Profile& profile, const QuadrotorModel& model,
+                                              const GateShape& gate, std::uint64_t seed) {
+    return planner::Planner::create(profile, model, gate, cone_angle_rad, seed, {&crew, true});
   };
   factories.memory = [&bundle](const protocol::Course& course) { return service::make_memory(bundle, course); };
   factories.encoder = [&bundle] { return perception::DepthEncoder::create(bundle); };
@@ -199,7 +203,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--name", arguments.name, "The server's name, one server for each name in a domain")
       ->capture_default_str();
-  app.add_option("--threads", arguments.threads, "Control threads; 0 = one per core but one, at least one")
+  app.add_option("--threads", arguments.threads, "Control threads; 0 = one per core but one, or two on two cores")
       ->check(CLI::Range(0, 256))
       ->capture_default_str();
   app.add_option("--perception-threads", arguments.perception_threads, "Threads that encode depth frames")
@@ -216,6 +220,11 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--realtime", arguments.realtime,
                "Real-time priority for the control threads, and all memory locked; says so when it is not permitted");
+  app.add_option("--cores", arguments.cores,
+                 "Cores that the control threads are bound to in turn, such as 2,3; else wherever the system likes")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 1023))
+      ->type_name("LIST");
   app.add_flag("--no-shared-memory", arguments.no_shared_memory,
                "Talk over UDP with clients on the same host too (containers that don't share /dev/shm)");
   try {

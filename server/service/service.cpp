@@ -49,7 +49,8 @@ Status Service::start() {
     encoders.push_back(std::move(encoder).value());
   }
   const int threads = options_.control_threads > 0 ? options_.control_threads : default_control_threads();
-  control_ = std::make_unique<ControlPool>(ControlPool::Options{threads, options_.realtime}, clock_, transport_);
+  control_ = std::make_unique<ControlPool>(
+      ControlPool::Options{threads, options_.realtime, options_.crew, options_.cores}, clock_, transport_);
   perception_ = std::make_unique<PerceptionPool>(std::move(encoders), [this](const Session& session) {
     if (session.lockstep()) control_->wake(&session);
   });

@@ -34,8 +34,10 @@ struct ServiceOptions {
   int max_vehicles = 8;            ///< sessions at once, 1 to 256
   int control_threads = 0;         ///< 0 = one per core but one, at least one
   int perception_threads = 1;
-  bool realtime = false;  ///< SCHED_FIFO for the control threads
-  std::string isa;        ///< instruction set of the kernels
+  bool realtime = false;          ///< SCHED_FIFO for the control threads
+  kernels::Crew* crew = nullptr;  ///< that the planners of `factories` share their blocks through; may be null
+  std::vector<int> cores;         ///< that control threads are bound to; empty: none
+  std::string isa;                ///< instruction set of the kernels
   std::uint64_t model_hash = 0;
   double model_gate_inner_half_m =
       0.0;             ///< the opening the model was trained for; 0 = any. A course with another one is warned of

@@ -31,7 +31,8 @@ void name_thread(const char* role, int index) {
 }  // namespace
 
 int default_control_threads() noexcept {
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return cores > 2 ? cores - 1 : cores;
 }
 
 // ---- control --------------------------------------------------------------------------------------------------------
@@ -39,6 +40,15 @@ int default_control_threads() noexcept {
 ControlPool::ControlPool(const Options& options, const Clock* clock, Transport* transport)
     : options_(options), clock_(clock), transport_(transport) {
   for (int i = 0; i < std::max(1, options_.threads); ++i) threads_.emplace_back([this, i] { run(i); });
+  for (std::size_t i = 0; i < threads_.size() && !options_.cores.empty(); ++i) {
+    const int core = options_.cores[i % options_.cores.size()];
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    if (core >= 0 && core < CPU_SETSIZE) CPU_SET(static_cast<std::size_t>(core), &set);
+    if (const int error = pthread_setaffinity_np(threads_[i].native_handle(), sizeof set, &set); error != 0)
+      complaint_ = "control thread " + std::to_string(i) + " was not bound to core " + std::to_string(core) + " (" +
+                   std::strerror(error) + ")";
+  }
   if (!options_.realtime) return;
   sched_param parameters{};
   parameters.sched_priority = kControlPriority;
@@ -57,6 +67,7 @@ void ControlPool::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    ++news_;
   }
   changed_.notify_all();
   for (std::thread& thread : threads_)
@@ -75,6 +86,7 @@ void ControlPool::add(std::shared_ptr<Session> session) {
   {
     const std::lock_guard lock(mutex_);
     entries_.push_back(std::move(entry));
+    ++news_;
   }
   changed_.notify_one();
 }
@@ -102,12 +114,27 @@ void ControlPool::wake(const Session* session) {
         entry->deadline = entry->due + kLockstepDeadline;
       }
     }
+    ++news_;
   }
   changed_.notify_one();
 }
 
+/// Blocks of steps in progress until there is none, something is due or has changed.
+void ControlPool::help(std::unique_lock<std::mutex>& lock, Stamp until) {
+  const std::uint64_t news = news_.load(std::memory_order_relaxed);
+  ++helpers_;
+  lock.unlock();
+  while (stepping_.load(std::memory_order_relaxed) > 0 && news_.load(std::memory_order_relaxed) == news &&
+         clock_->now() < until) {
+    if (!options_.crew->help()) kernels::relax();
+  }
+  lock.lock();
+  --helpers_;
+}
+
 void ControlPool::run(int index) {
   name_thread("control-", index);
+  planner::Planner::prepare_thread();
   prctl(PR_SET_TIMERSLACK, 1000UL);  // ns; the default of 50 us is a fair part of a control period at 500 Hz
   std::unique_lock lock(mutex_);
   while (!stopping_) {
@@ -123,18 +150,26 @@ void ControlPool::run(int index) {
       }
     }
     if (!chosen) {
-      changed_.wait_until(lock, steady(next_due));
+      if (options_.crew != nullptr && stepping_.load(std::memory_order_relaxed) > 0 && helpers_ < kMostHelpers)
+        help(lock, next_due);
+      else
+        changed_.wait_until(lock, steady(next_due));
       continue;
     }
 
     chosen->busy = true;
     chosen->woken = false;
-    // Somebody else has to keep an eye on the rest, whose due times may have changed since he began to wait.
-    if (entries_.size() > 1) changed_.notify_one();
+    stepping_.fetch_add(1, std::memory_order_relaxed);
     const Stamp due = chosen->due;
     Session& session = *chosen->session;
+    // Somebody else has to keep an eye on the rest, whose due times may have changed since he began to wait; and who
+    // sleeps could help.
+    const int rouse = options_.crew != nullptr ? std::min<int>(kMostHelpers, static_cast<int>(threads_.size()) - 1)
+                                               : (entries_.size() > 1 ? 1 : 0);
     lock.unlock();
+    for (int i = 0; i < rouse; ++i) changed_.notify_one();
     const Session::Answer answer = session.step(clock_->now());
+    stepping_.fetch_sub(1, std::memory_order_relaxed);
     if (answer.command) {
       const bool ok = transport_->send(*answer.command);
       session.sent(clock_->now(), ok);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "common/base/clock.h"
+#include "server/kernels/crew.h"
 #include "server/perception/depth_encoder.h"
 #include "server/service/session.h"
 #include "server/service/transport.h"
@@ -19,14 +22,21 @@ namespace gatefield::service {
 /// session is never served by two threads at once. Real-time sessions are due at absolute times, one control period
 /// apart (a late step does not shift the later ones; times that passed altogether are counted as missed); lockstep
 /// sessions are due when something came for them.
+/// A thread for which nothing is due helps with the steps in progress, a block of rollouts at a time (kernels::Crew):
+/// one vehicle gets all the threads, and many get one each. What is due comes before helping. While a step is in
+/// progress up to kMostHelpers threads wait for its next blocks without sleeping; between steps all sleep.
 /// A mutex guards the list of who is due; it is held for microseconds and never during a control step.
 /// Thread-safe: yes.   @pre the clock is the machine's steady clock.
 class ControlPool {
  public:
   struct Options {
     int threads = 1;
-    bool realtime = false;  ///< ask for SCHED_FIFO; what came of it is in complaint()
+    bool realtime = false;          ///< ask for SCHED_FIFO; what came of it is in complaint()
+    kernels::Crew* crew = nullptr;  ///< that the sessions' planners share their blocks through; null: no helping
+    std::vector<int> cores = {};    ///< thread i runs on core cores[i % size] only; empty: wherever the system likes
   };
+  static constexpr int kMostHelpers = 7;  ///< more only wait for each other
+
   ControlPool(const Options& options, const Clock* clock, Transport* transport);
   ~ControlPool();  ///< stops; the step in progress is finished
 
@@ -36,7 +46,7 @@ class ControlPool {
   /// Lockstep: something came for this session.
   void wake(const Session* session);
   void stop();
-  /// Why real-time scheduling was not granted; empty when it was, or was not asked for.
+  /// Why real-time scheduling or a core was not granted; empty when all were, or none was asked for.
   std::string complaint() const;
 
  private:
@@ -49,6 +59,7 @@ class ControlPool {
     bool leaving = false;  ///< being removed: not served any more
   };
   void run(int index);
+  void help(std::unique_lock<std::mutex>& lock, Stamp until);
 
   const Options options_;
   const Clock* const clock_;
@@ -59,6 +70,9 @@ class ControlPool {
   std::vector<std::unique_ptr<Entry>> entries_;
   std::string complaint_;
   bool stopping_ = false;
+  int helpers_ = 0;                     // threads in help()
+  std::atomic<int> stepping_{0};        // steps in progress
+  std::atomic<std::uint64_t> news_{0};  // changes of what is due, for threads in help(); written under the mutex
   std::vector<std::thread> threads_;
 };
 
@@ -97,7 +111,7 @@ class PerceptionPool {
   std::vector<std::thread> threads_;
 };
 
-/// Control threads when nothing is said: one per core but one, at least one.
+/// Control threads when nothing is said: one per core but one, which perception needs; with two cores or one, as many.
 int default_control_threads() noexcept;
 
 }  // namespace gatefield::service
