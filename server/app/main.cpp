@@ -20,6 +20,7 @@
 #include "common/protocol/validate.h"
 #include "server/app/data_files.h"
 #include "server/app/dds_transport.h"
+#include "server/app/trace.h"
 #include "server/kernels/isa.h"
 #include "server/perception/depth_encoder.h"
 #include "server/planner/planner.h"
@@ -60,6 +61,7 @@ struct Arguments {
   bool realtime = false;
   std::vector<int> cores;
   bool no_shared_memory = false;
+  TraceOptions trace;
 };
 
 int fail(int code, const std::string& sentence) {
@@ -134,11 +136,15 @@ int run(const Arguments& arguments) {
 
   const double cone_angle_rad = bundle.manifest().cone_angle_rad;
   service::Factories factories;
-  factories.planner = [cone_angle_rad, &crew](const planner::Profile& profile, const QuadrotorModel& model,
-                                              const GateShape& gate, std::uint64_t seed) {
-    return planner::Planner::create(profile, model, gate, cone_angle_rad, seed, {&crew, true});
+  factories.planner = [&arguments, cone_angle_rad, &crew](const planner::Profile& profile,
+                                                          const protocol::SessionRequest& request) {
+    return traced(planner::Planner::create(profile, request.quadrotor, request.course.gate, cone_angle_rad,
+                                           request.seed, {&crew, true}),
+                  request, arguments.trace);
   };
-  factories.memory = [&bundle](const protocol::Course& course) { return service::make_memory(bundle, course); };
+  factories.memory = [&bundle](const protocol::SessionRequest& request) {
+    return service::make_memory(bundle, request.course);
+  };
   factories.encoder = [&bundle] { return perception::DepthEncoder::create(bundle); };
 
   log::info("GATEFIELD " GATEFIELD_VERSION ", instruction set " + isa + ", model " + bundle.manifest().name + " (" +
@@ -220,6 +226,11 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--realtime", arguments.realtime,
                "Real-time priority for the control threads, and all memory locked; says so when it is not permitted");
+  app.add_option("--trace", arguments.trace.folder,
+                 "Folder for what the planner believed at each step, a file a vehicle; for evaluation, as the control "
+                 "step then writes to the disk")
+      ->type_name("FOLDER");
+  app.add_flag("--trace-rollouts", arguments.trace.rollouts, "And some of the rollouts that it weighed");
   app.add_option("--cores", arguments.cores,
                  "Cores that the control threads are bound to in turn, such as 2,3; else wherever the system likes")
       ->delimiter(',')

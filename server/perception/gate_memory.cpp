@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/perception/gate_estimate.h"
 #include "server/perception/hourglass_fit.h"
 #include "server/planner/course_progress.h"
 
@@ -29,73 +28,103 @@ GateMeasurement measurement_of(const HourglassFit& fit, double distance_m) {
 
 void DecodedField::evaluate(std::span<const float> x_W, std::span<const float> y_W, std::span<const float> z_W,
                             std::span<float> sdf_m) const noexcept {
+  if (stand_in) return stand_in->evaluate(x_W, y_W, z_W, sdf_m);
   kernels::decode(decoder, x_W, y_W, z_W, sdf_m);
 }
 
-struct GateMemory::Entry {
+struct GateRecords::Record {
   planner::GateBelief nominal;
   GateEstimate estimate;
   RememberedGate gate;
-  DecodedField raw;  ///< scratch: the newest latent as captured, before it is aligned with the estimate
 };
 
-GateMemory::GateMemory(const model::Bundle& bundle, const protocol::Course& course)
-    : bundle_(&bundle), course_(course) {
+GateRecords::GateRecords(const protocol::Course& course) {
   const planner::CourseProgress progress(course);
   for (std::uint32_t i = 0; i < course.waypoints.size(); ++i) {
-    auto entry = std::make_shared<Entry>();
-    entry->nominal = progress.nominal(i);
-    entry->gate.center_W = entry->nominal.center_W;
-    entry->gate.axis_W = entry->nominal.axis_W;
-    entries_.push_back(std::move(entry));
+    auto record = std::make_unique<Record>();
+    record->nominal = progress.nominal(i);
+    record->gate.center_W = record->nominal.center_W;
+    record->gate.axis_W = record->nominal.axis_W;
+    records_.push_back(std::move(record));
   }
 }
 
-Eigen::Vector3d GateMemory::expected_center_W(std::uint32_t waypoint) const noexcept {
-  const Entry& entry = *entries_[waypoint];
-  return entry.gate.seen ? entry.estimate.X_WG().translation() : entry.nominal.center_W;
+GateRecords::~GateRecords() = default;
+
+const planner::GateBelief& GateRecords::nominal(std::uint32_t waypoint) const noexcept {
+  return records_[waypoint]->nominal;
 }
 
-bool GateMemory::seen(std::uint32_t waypoint) const noexcept { return entries_[waypoint]->gate.seen; }
+Eigen::Vector3d GateRecords::expected_center_W(std::uint32_t waypoint) const noexcept {
+  const Record& record = *records_[waypoint];
+  return record.gate.seen ? record.estimate.X_WG().translation() : record.nominal.center_W;
+}
+
+bool GateRecords::seen(std::uint32_t waypoint) const noexcept { return records_[waypoint]->gate.seen; }
+
+RememberedGate& GateRecords::gate(std::uint32_t waypoint) noexcept { return records_[waypoint]->gate; }
+
+std::optional<Eigen::Isometry3d> GateRecords::take(std::uint32_t waypoint, GateMeasurement* measurement,
+                                                   Stamp capture) noexcept {
+  Record& record = *records_[waypoint];
+  Eigen::Isometry3d& X_WG = measurement->X_WG;
+  if ((X_WG.translation() - record.nominal.center_W).norm() > kFarthestFromNominal_m) return std::nullopt;
+  if (X_WG.linear().col(0).dot(record.nominal.axis_W) < 0) {  // the passing direction is the course's
+    X_WG.linear().col(0) *= -1.0;
+    X_WG.linear().col(1) *= -1.0;
+  }
+  if (!record.estimate.update(*measurement, capture)) return std::nullopt;
+  RememberedGate& gate = record.gate;
+  gate.seen = true;
+  gate.stamp = capture;
+  gate.center_W = record.estimate.X_WG().translation();
+  gate.axis_W = record.estimate.X_WG().linear().col(0);
+  gate.center_sigma_m = record.estimate.center_sigma_m();
+  gate.axis_sigma_rad = record.estimate.axis_sigma_rad();
+  return record.estimate.X_WG();
+}
+
+void GateRecords::snapshot(std::uint32_t target, std::uint32_t next, MemorySnapshot* out) const {
+  out->target = target;
+  out->gates[0] = records_[target]->gate;
+  out->gates[1] = records_[next]->gate;
+}
+
+GateMemory::GateMemory(const model::Bundle& bundle, const protocol::Course& course)
+    : bundle_(&bundle), shape_(course.gate), records_(course) {}
+
+Eigen::Vector3d GateMemory::expected_center_W(std::uint32_t waypoint) const noexcept {
+  return records_.expected_center_W(waypoint);
+}
+
+bool GateMemory::seen(std::uint32_t waypoint) const noexcept { return records_.seen(waypoint); }
 
 GateMemory::Outcome GateMemory::observe(std::uint32_t waypoint, const Encoding& encoding, const Eigen::Isometry3d& X_WC,
                                         Stamp capture) {
-  Entry& entry = *entries_[waypoint];
   const model::Manifest& manifest = bundle_->manifest();
   if (!(encoding.validity >= manifest.validity_threshold)) return Outcome::kNotValid;
 
-  kernels::fold(bundle_->decoder(), encoding.latent, X_WC, &entry.raw.decoder);
+  kernels::fold(bundle_->decoder(), encoding.latent, X_WC, &raw_.decoder);
   const bool has_center = bundle_->decoder().kind == model::DecoderKind::kHyper;
   const Eigen::Vector3d around_W =
       has_center ? Eigen::Vector3d(X_WC * encoding.center_C.cast<double>()) : expected_center_W(waypoint);
-  const Eigen::Vector3d axis_W = entry.gate.seen ? entry.gate.axis_W : entry.nominal.axis_W;
-  HourglassFit fit = fit_hourglass(entry.raw, course_.gate, manifest.cone_angle_rad, around_W, axis_W);
+  RememberedGate& gate = records_.gate(waypoint);  // as the course has it until it is seen
+  const HourglassFit fit = fit_hourglass(raw_, shape_, manifest.cone_angle_rad, around_W, gate.axis_W);
   if (!fit.ok || fit.rms_m > kPoorFit_m) return Outcome::kPoorFit;
-  if ((fit.X_WG.translation() - entry.nominal.center_W).norm() > kFarthestFromNominal_m) return Outcome::kOutlier;
-  if (fit.X_WG.linear().col(0).dot(entry.nominal.axis_W) < 0) {  // the passing direction is the course's
-    fit.X_WG.linear().col(0) *= -1.0;
-    fit.X_WG.linear().col(1) *= -1.0;
-  }
 
   const double distance_m = (fit.X_WG.translation() - X_WC.translation()).norm();
-  if (!entry.estimate.update(measurement_of(fit, distance_m), capture)) return Outcome::kOutlier;
+  GateMeasurement measurement = measurement_of(fit, distance_m);
+  const std::optional<Eigen::Isometry3d> X_WG = records_.take(waypoint, &measurement, capture);
+  if (!X_WG) return Outcome::kOutlier;
 
   // The newest field, moved by what separates this frame's fit from the estimate over all frames.
-  const Eigen::Isometry3d correction = entry.estimate.X_WG() * fit.X_WG.inverse();
-  kernels::fold(bundle_->decoder(), encoding.latent, correction * X_WC, &entry.gate.field.decoder);
-  entry.gate.seen = true;
-  entry.gate.stamp = capture;
-  entry.gate.center_W = entry.estimate.X_WG().translation();
-  entry.gate.axis_W = entry.estimate.X_WG().linear().col(0);
-  entry.gate.center_sigma_m = entry.estimate.center_sigma_m();
-  entry.gate.axis_sigma_rad = entry.estimate.axis_sigma_rad();
+  const Eigen::Isometry3d correction = *X_WG * measurement.X_WG.inverse();
+  kernels::fold(bundle_->decoder(), encoding.latent, correction * X_WC, &gate.field.decoder);
   return Outcome::kTaken;
 }
 
 void GateMemory::snapshot(std::uint32_t target, std::uint32_t next, MemorySnapshot* out) const {
-  out->target = target;
-  out->gates[0] = entries_[target]->gate;
-  out->gates[1] = entries_[next]->gate;
+  records_.snapshot(target, next, out);
 }
 
 }  // namespace gatefield::perception

@@ -244,7 +244,7 @@ void Service::answer(const Asked& asked) {
     for (const auto& [name, unused] : options_.profiles) known += (known.empty() ? "" : ", ") + name;
     return refuse(request, "profile is \"" + request.profile + "\", expected one of: " + known);
   }
-  auto planner = factories_.planner(profile->second, request.quadrotor, request.course.gate, request.seed);
+  auto planner = factories_.planner(profile->second, request);
   if (!planner) return refuse(request, planner.error());
 
   if (!live && sessions() >= static_cast<std::size_t>(options_.max_vehicles)) {
@@ -275,7 +275,7 @@ void Service::accept(const protocol::SessionRequest& request, const planner::Pro
   parts.request = request;
   parts.id = first_session_ + ++sessions_made_;
   parts.planner = std::move(planner);
-  parts.memory = factories_.memory(request.course);
+  parts.memory = factories_.memory(request);
   parts.sight = options_.sight;
   parts.isa = options_.isa;
   parts.clock = clock_;

@@ -51,10 +51,9 @@ struct ServiceOptions {
 
 /// What the service makes sessions from; tests put their own in.
 struct Factories {
-  std::function<Result<std::unique_ptr<planner::Planner>>(const planner::Profile&, const QuadrotorModel&,
-                                                          const GateShape&, std::uint64_t seed)>
+  std::function<Result<std::unique_ptr<planner::Planner>>(const planner::Profile&, const protocol::SessionRequest&)>
       planner;
-  std::function<std::unique_ptr<Memory>(const protocol::Course&)> memory;
+  std::function<std::unique_ptr<Memory>(const protocol::SessionRequest&)> memory;
   std::function<Result<std::unique_ptr<perception::DepthEncoder>>()> encoder;
 };
 

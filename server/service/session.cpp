@@ -371,6 +371,8 @@ Session::Answer Session::step(Stamp now) noexcept {
   input.elapsed_s = have_plan_ ? std::max(0.0, seconds(plan_start - last_plan_start_)) : 0.0;
   input.step = steps_made_++;
   input.target = planned_gate(ahead_.target());
+  input.stamp = plan_start;
+  input.waypoint = ahead_.target();
   input.has_next = ahead_.has_next();
   input.next = planned_gate(ahead_.next());
   const double field_age_s = age_of(ahead_.target(), plan_start);

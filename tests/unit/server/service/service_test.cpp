@@ -37,14 +37,14 @@ class ServiceTest : public ::testing::Test {
     paper.name = "paper";
     options.profiles = {{"race", race}, {"paper", paper}};
     Factories factories;
-    factories.planner = [this](const planner::Profile& profile, const QuadrotorModel& model, const GateShape&,
-                               std::uint64_t seed) -> Result<std::unique_ptr<planner::Planner>> {
-      last_seed_ = seed;
+    factories.planner = [this](const planner::Profile& profile,
+                               const protocol::SessionRequest& request) -> Result<std::unique_ptr<planner::Planner>> {
+      last_seed_ = request.seed;
       return std::unique_ptr<planner::Planner>(
-          std::make_unique<FakePlanner>(profile, model, std::make_shared<FakePlanner::Script>()));
+          std::make_unique<FakePlanner>(profile, request.quadrotor, std::make_shared<FakePlanner::Script>()));
     };
-    factories.memory = [](const protocol::Course& course) -> std::unique_ptr<Memory> {
-      return std::make_unique<FakeMemory>(course, std::make_shared<FakeMemory::Script>());
+    factories.memory = [](const protocol::SessionRequest& request) -> std::unique_ptr<Memory> {
+      return std::make_unique<FakeMemory>(request.course, std::make_shared<FakeMemory::Script>());
     };
     factories.encoder = []() -> Result<std::unique_ptr<perception::DepthEncoder>> {
       return std::unique_ptr<perception::DepthEncoder>(std::make_unique<FakeEncoder>());
