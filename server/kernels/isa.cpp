@@ -6,13 +6,30 @@
 #include <cctype>
 #include <cstdint>
 
+#if GATEFIELD_AVX512_BF16
+#include <cpuid.h>
+#endif
+
 namespace gatefield::kernels {
 namespace {
 
 struct Isa {
   std::int64_t target;
   std::string name;
+  bool bf16 = false;
 };
+
+bool bf16_in_use = false;  // set before threads start
+
+/// CPUID leaf 7.1. That the system keeps the registers is known from Highway's choice of AVX-512.
+bool cpu_has_bf16() noexcept {
+#if GATEFIELD_AVX512_BF16
+  unsigned a = 0, b = 0, c = 0, d = 0;
+  return __get_cpuid_count(7, 1, &a, &b, &c, &d) != 0 && (a >> 5 & 1) != 0;
+#else
+  return false;
+#endif
+}
 
 /// What this machine has, asked once before anything could have been forced. Lower bits are better, in Highway's own
 /// order.
@@ -22,14 +39,16 @@ const std::vector<Isa>& machine_isas() {
     for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
       std::string name = hwy::TargetName(target);
       std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-      found.push_back({target, std::move(name)});
+      found.push_back({target, name});
+      if (target == HWY_AVX3 && cpu_has_bf16()) found.push_back({target, name + "_bf16", true});
     }
     return found;
   }();
   return isas;
 }
 
-void apply(std::int64_t targets) {
+void apply(std::int64_t targets, bool bf16) {
+  bf16_in_use = bf16;
   hwy::SetSupportedTargetsForTest(targets);
   // Fill the dispatch index here, so that the first control step doesn't ask CPUID.
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
@@ -43,11 +62,17 @@ std::vector<std::string> available_isas() {
   return names;
 }
 
+bool bf16_available() noexcept {
+  const std::vector<Isa>& isas = machine_isas();
+  return std::any_of(isas.begin(), isas.end(), [](const Isa& isa) { return isa.bf16; });
+}
+bool bf16_active() noexcept { return bf16_in_use; }
+
 std::string_view active_isa() noexcept {
   const std::vector<Isa>& isas = machine_isas();
   const std::int64_t targets = hwy::SupportedTargets();
   for (const Isa& isa : isas) {
-    if (targets & isa.target) return isa.name;
+    if ((targets & isa.target) && isa.bf16 == bf16_in_use) return isa.name;
   }
   return isas.back().name;
 }
@@ -55,13 +80,13 @@ std::string_view active_isa() noexcept {
 Status select_isa(std::string_view name) {
   const std::vector<Isa>& isas = machine_isas();
   if (name == "auto") {
-    apply(0);
+    apply(0, false);
     return {};
   }
   std::string list;
   for (const Isa& isa : isas) {
     if (isa.name == name) {
-      apply(isa.target);
+      apply(isa.target, isa.bf16);
       return {};
     }
     list += ", " + isa.name;

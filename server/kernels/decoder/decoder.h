@@ -14,7 +14,9 @@
 /// With z fixed the first layer is affine in the encoding e(p) of the point, so it is folded once per frame:
 ///   a0 = e(p)  (p itself, or p and its sines and cosines),   a1 = relu(W1 a0 + b1),   a_{i+1} = relu(W_i a_i + b_i),
 ///   s = w a_n + b.
-/// Tolerance of every instruction set against reference.cpp: |ds| <= 1e-4 m with trained weights (fp32).
+/// Tolerance against reference.cpp with trained weights: |ds| <= 1e-4 m in single precision. Where the layers between
+/// the first and the last are bf16 (avx3_bf16) it is 0.03 m: at most 0.02 m was measured, 0.002 to 0.004 m rms, most of
+/// it from rounding activations. That is why avx3_bf16 is taken only when asked for.
 namespace gatefield::kernels {
 
 /// Limits of what decode() takes; model::Bundle checks them.
@@ -30,6 +32,9 @@ struct PackedLayer {
   int outputs = 0;  ///< padded
   std::vector<float> weight;
   std::vector<float> bias;
+  /// Two inputs' weights as bf16, the even one in the lower half, [group of kNeuronGroup][pair of inputs][neuron];
+  /// empty on machines that don't multiply them, and for the first layer.
+  std::vector<std::uint32_t> pairs;
 };
 inline constexpr int kNeuronGroup = 8;
 
@@ -53,6 +58,9 @@ void fold(const model::DecoderWeights& weights, std::span<const float> latent, c
 /// s at points in the world frame; double precision, readable: what the instruction sets are held against.
 void decode_reference(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
                       std::span<const float> z_W, std::span<float> sdf_m) noexcept;
+
+/// Largest |ds| against the reference with trained weights, by the instruction set in use.
+double decode_tolerance_m() noexcept;
 
 /// The same through the best instruction set (or the forced one). Any number of points; a point with a coordinate that
 /// isn't finite gets NaN. A point's value doesn't depend on its place in the span. Thread-safe: yes.   Real-time safe:

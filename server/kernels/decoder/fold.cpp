@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cstddef>
 
 #include "server/kernels/decoder/decoder.h"
+#include "server/kernels/isa.h"
 
 namespace gatefield::kernels {
 namespace {
@@ -62,6 +64,23 @@ void pack(const model::Dense& layer, PackedLayer* out) {
   }
 }
 
+/// Upper half of a float, rounded to nearest, ties to even.
+std::uint32_t bf16(float value) noexcept {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  return (bits + 0x7fffu + (bits >> 16 & 1u)) >> 16;
+}
+
+void pack_pairs(const model::Dense& layer, PackedLayer* out) {
+  const int pairs = (layer.inputs + 1) / 2;
+  out->pairs.assign(at(out->outputs, pairs, 0), 0u);
+  for (int i = 0; i < layer.outputs; ++i) {
+    std::uint32_t* group = out->pairs.data() + at(i / kNeuronGroup * kNeuronGroup, pairs, 0);
+    for (int j = 0; j < layer.inputs; ++j) {
+      group[at(j / 2, kNeuronGroup, i % kNeuronGroup)] |= bf16(layer.weight[at(i, layer.inputs, j)]) << (j % 2 * 16);
+    }
+  }
+}
+
 }  // namespace
 
 void fold(const model::DecoderWeights& weights, std::span<const float> latent, const Eigen::Isometry3d& X_WC,
@@ -86,7 +105,10 @@ void fold(const model::DecoderWeights& weights, std::span<const float> latent, c
   out->R_CW = X_CW.linear().cast<float>();
   out->t_CW = t_CW.cast<float>();
   out->packed.resize(out->layers.size());
-  for (std::size_t i = 0; i < out->layers.size(); ++i) pack(out->layers[i], &out->packed[i]);
+  for (std::size_t i = 0; i < out->layers.size(); ++i) {
+    pack(out->layers[i], &out->packed[i]);
+    if (i > 0 && bf16_available()) pack_pairs(out->layers[i], &out->packed[i]);
+  }
 }
 
 }  // namespace gatefield::kernels

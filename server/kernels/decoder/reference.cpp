@@ -5,8 +5,11 @@
 #include <numbers>
 
 #include "server/kernels/decoder/decoder.h"
+#include "server/kernels/isa.h"
 
 namespace gatefield::kernels {
+
+double decode_tolerance_m() noexcept { return bf16_active() ? 0.03 : 1e-4; }
 
 void decode_reference(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
                       std::span<const float> z_W, std::span<float> sdf_m) noexcept {

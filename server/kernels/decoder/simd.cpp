@@ -1,6 +1,8 @@
 #include <cassert>
 
 #include "server/kernels/decoder/decoder.h"
+#include "server/kernels/decoder/view.h"
+#include "server/kernels/isa.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/kernels/decoder/simd.cpp"
@@ -8,33 +10,6 @@
 #include <hwy/highway.h>
 
 #include "server/kernels/math-inl.h"
-
-#ifndef GATEFIELD_KERNELS_DECODER_VIEW
-#define GATEFIELD_KERNELS_DECODER_VIEW
-namespace gatefield::kernels {
-
-struct LayerView {
-  const float* weight;
-  const float* bias;
-  std::size_t inputs;
-  std::size_t outputs;
-};
-
-inline constexpr std::size_t kMaxLayers = 16;
-
-/// FoldedDecoder as plain numbers: nothing of the standard library or Eigen gets compiled for an instruction set.
-struct DecoderView {
-  float R_CW[9];  ///< row-major
-  float t_CW[3];
-  float half_inverse_scale;
-  float max_coordinate;
-  std::size_t octaves;
-  std::size_t layer_count;
-  LayerView layers[kMaxLayers];
-};
-
-}  // namespace gatefield::kernels
-#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace gatefield::kernels {
@@ -206,11 +181,19 @@ void decode(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<
   view.octaves = static_cast<std::size_t>(decoder.encoding_octaves);
   view.layer_count = decoder.packed.size();
   assert(view.layer_count >= 1 && view.layer_count <= kMaxLayers);
+  bool paired = view.layer_count >= 3;
   for (std::size_t i = 0; i < decoder.packed.size(); ++i) {
     const PackedLayer& layer = decoder.packed[i];
-    view.layers[i] = {layer.weight.data(), layer.bias.data(), static_cast<std::size_t>(layer.inputs),
-                      static_cast<std::size_t>(layer.outputs)};
+    view.layers[i] = {layer.weight.data(), layer.bias.data(), layer.pairs.data(),
+                      static_cast<std::size_t>(layer.inputs), static_cast<std::size_t>(layer.outputs)};
+    paired = paired && (i == 0 || !layer.pairs.empty());
   }
+#if GATEFIELD_AVX512_BF16
+  if (paired && bf16_active())
+    return decode_avx512_bf16(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
+#else
+  (void)paired;
+#endif
   HWY_DYNAMIC_DISPATCH(DecodeAll)(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
 }
 

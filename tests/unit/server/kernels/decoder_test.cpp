@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <string>
 
 #include "common/base/random.h"
 #include "tests/unit/server/kernels/every_isa.h"
@@ -147,8 +149,41 @@ TEST_P(DecoderTest, GivesWhatThePlainNetworkGives) {
       const double expected = plain_network(weights, latent, X_WC, {points.x[i], points.y[i], points.z[i]});
       ASSERT_NEAR(reference[i], expected, 1e-4)
           << "reference, first width " << (shape.hidden.empty() ? 0 : shape.hidden[0]);
-      ASSERT_NEAR(sdf[i], reference[i], 1e-4) << "first width " << (shape.hidden.empty() ? 0 : shape.hidden[0]);
+      // Without training neither weights nor sums are small, and bf16 tells: values here reach several metres.
+      ASSERT_NEAR(sdf[i], reference[i], bf16_active() ? 0.06 : 1e-4)
+          << "first width " << (shape.hidden.empty() ? 0 : shape.hidden[0]);
     }
+  }
+}
+
+TEST_P(DecoderTest, ShippedWeightsKeepTheStatedTolerance) {
+  for (const char* name : {"race", "paper"}) {
+    static std::map<std::string, model::Bundle> bundles;  // reading evaluates the networks: once is enough
+    if (bundles.count(name) == 0) {
+      auto read = model::Bundle::read(std::string(GATEFIELD_SOURCE_DIR "/deploy/models/") + name);
+      ASSERT_TRUE(read.ok()) << read.error();
+      bundles.emplace(name, std::move(read).value());
+    }
+    const model::Bundle& bundle = bundles.at(name);
+    // What the encoder makes of its test case; two looks give a correction of the centre first.
+    std::vector<float> latent = bundle.networks().back().output.values;
+    latent.resize(static_cast<std::size_t>(bundle.decoder().latent_size));
+    if (bundle.decoder().kind == DecoderKind::kHyper) latent[0] = 0.2f, latent[1] = -0.3f, latent[2] = 4.0f;
+    FoldedDecoder folded;
+    fold(bundle.decoder(), latent, Eigen::Isometry3d::Identity(), &folded);
+    const Points points(4000, 4, 6.0);
+    std::vector<float> sdf(4000), reference(4000);
+    decode(folded, points.x, points.y, points.z, sdf);
+    decode_reference(folded, points.x, points.y, points.z, reference);
+    double worst = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < sdf.size(); ++i) {
+      const double error = std::abs(double{sdf[i]} - double{reference[i]});
+      worst = std::max(worst, error);
+      squares += error * error;
+    }
+    EXPECT_LE(worst, decode_tolerance_m()) << name;
+    RecordProperty(std::string("worst_m_") + name, std::to_string(worst));
+    RecordProperty(std::string("rms_m_") + name, std::to_string(std::sqrt(squares / 4000)));
   }
 }
 
