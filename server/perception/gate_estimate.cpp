@@ -13,6 +13,7 @@ constexpr double kGate_sigmas = 3.5;
 constexpr double kGateFloor_m = 0.10;
 constexpr int kOutliersToRestart = 4;
 constexpr double kOutliersAgree_m = 0.35;
+constexpr int kMostVotes = 10;
 
 }  // namespace
 
@@ -25,6 +26,7 @@ void GateEstimate::restart(const GateMeasurement& measurement) noexcept {
   center_variance_ = measurement.center_sigma_m * measurement.center_sigma_m;
   axis_variance_ = measurement.axis_sigma_rad * measurement.axis_sigma_rad;
   outliers_ = 0;
+  votes_ = 1;
 }
 
 bool GateEstimate::update(const GateMeasurement& measurement, Stamp stamp) noexcept {
@@ -57,12 +59,17 @@ bool GateEstimate::update(const GateMeasurement& measurement, Stamp stamp) noexc
   const double axis_gain = axis_variance_ / (axis_variance_ + measurement.axis_sigma_rad * measurement.axis_sigma_rad);
   Eigen::Vector3d measured_axis = measurement.X_WG.linear().col(0);
   const Eigen::Vector3d axis = X_WG_.linear().col(0);
-  if (measured_axis.dot(axis) < 0) measured_axis = -measured_axis;
+  const bool agrees = measured_axis.dot(axis) >= 0;
+  if (!agrees) measured_axis = -measured_axis;
+  votes_ = std::min(votes_ + (agrees ? 1 : -1), kMostVotes);
   const Eigen::Vector3d mean = (axis + axis_gain * (measured_axis - axis)).normalized();
   axis_variance_ *= 1.0 - axis_gain;
 
+  const double sign = votes_ < 0 ? -1.0 : 1.0;
+  votes_ = std::abs(votes_);
+
   // Roll is only known up to the shape's symmetry: take the newest frame's, turned onto the filtered axis.
-  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(measurement.X_WG.linear().col(0), mean);
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(measurement.X_WG.linear().col(0), sign * mean);
   X_WG_.linear() = (turn * Eigen::Quaterniond(measurement.X_WG.linear())).normalized().toRotationMatrix();
   return true;
 }

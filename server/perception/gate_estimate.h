@@ -15,7 +15,10 @@ struct GateMeasurement {
 
 /// Centre and axis of one gate, filtered over frames: a Kalman filter with one variance for the centre and one for the
 /// axis, a little process noise (frames of one approach err alike, and the nearer ones must count), and a test against
-/// outliers that gives way when the outliers agree among themselves. Thread-safe: no.   Real-time safe: yes.
+/// outliers that gives way when the outliers agree among themselves.
+/// An axis and its opposite are the same gate; which of them is the passing direction is the measurements' to say, each
+/// with one vote. (Far away the error of a turned gate's axis can reach beyond 90 degrees from the course's direction,
+/// and the caller then names the wrong one: that first word must not last.) Thread-safe: no.   Real-time safe: yes.
 class GateEstimate {
  public:
   /// @return false when the measurement was set aside as an outlier
@@ -30,6 +33,7 @@ class GateEstimate {
   void restart(const GateMeasurement& measurement) noexcept;
 
   bool started_ = false;
+  int votes_ = 0;  ///< for the axis as it stands, less those against it
   Stamp stamp_{0};
   Eigen::Isometry3d X_WG_ = Eigen::Isometry3d::Identity();
   double center_variance_ = 1.0;

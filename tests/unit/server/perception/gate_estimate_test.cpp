@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "common/base/random.h"
 #include "tests/support/analytic_field.h"
 
@@ -44,6 +47,22 @@ TEST(GateEstimate, TheOppositeAxisIsTheSameGate) {
   estimate.update(measured({5, 1, 1.5}, 0.0), from_seconds(0));
   estimate.update(measured({5, 1, 1.5}, 3.14159265), from_seconds(0.02));
   EXPECT_GT(estimate.X_WG().linear()(0, 0), 0.99);
+}
+
+TEST(GateEstimate, AFirstWordOnThePassingDirectionDoesNotLast) {
+  // A gate turned by 50 degrees, whose first fit from afar is 95 degrees off the course: called by its opposite.
+  const auto against_course = [](double yaw_rad) {
+    return std::cos(yaw_rad) < 0 ? yaw_rad - std::numbers::pi : yaw_rad;
+  };
+  Random random(7);
+  GateEstimate estimate;
+  estimate.update(measured({5, 1, 1.5}, against_course(1.66)), from_seconds(0));
+  EXPECT_LT(estimate.X_WG().linear()(1, 0), -0.9);
+  for (int i = 1; i < 12; ++i)
+    estimate.update(measured({5, 1, 1.5}, against_course(0.87 + 0.1 * random.normal())), from_seconds(i / 60.0));
+  const Eigen::Vector3d axis_W = estimate.X_WG().linear().col(0);
+  EXPECT_NEAR(std::atan2(axis_W.y(), axis_W.x()), 0.87, 0.15);
+  EXPECT_NEAR(estimate.X_WG().linear().determinant(), 1.0, 1e-9);
 }
 
 TEST(GateEstimate, NearerMeasurementsWeighMore) {
