@@ -135,7 +135,8 @@ class DdsClient final : public Client, private dds::ClientHandler {
       due = logic_.request_due(now);
       if (due) again = request(logic_.request());
       last_state_.session = logic_.session().session;
-      last_state_.round_trip = newest_round_trip_;
+      last_state_.round_trip =
+          options_.timing == protocol::Timing::kLockstep ? Stamp{played_after_.load()} : newest_round_trip_;
       last_state_.heard_waypoint = heard_waypoint_;
       last_state_.heard_lap = heard_lap_;
       ++last_state_.sequence;
@@ -193,7 +194,10 @@ class DdsClient final : public Client, private dds::ClientHandler {
   }
 
   Setpoint play(Stamp now, const QuadrotorState& state) override {
-    if (const protocol::ThrustRateCommand* command = play_box_.read()) player_.take(*command);
+    if (const protocol::ThrustRateCommand* command = play_box_.read()) {
+      player_.take(*command);
+      played_after_.store(std::clamp<Stamp>(now - command->answers_stamp, Stamp{0}, kMaxRoundTrip).count());
+    }
     if (const auto setpoint = player_.at(now)) {
       fallback_.reset();
       return *setpoint;
@@ -330,7 +334,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   std::optional<protocol::Telemetry> telemetry_;
   std::array<Sent, 1024> sent_{};  // when each state went out, by its number
   std::uint64_t last_answered_ = 0;
-  Stamp newest_round_trip_{0};
+  Stamp newest_round_trip_{0};  // by the wall clock; in lockstep played_after_ is told instead
   std::uint32_t heard_waypoint_ = 0;
   std::uint32_t heard_lap_ = 0;
   std::uint64_t commands_ = 0;
@@ -350,6 +354,9 @@ class DdsClient final : public Client, private dds::ClientHandler {
   Mailbox<protocol::ThrustRateCommand> play_box_;
   PlanPlayer player_;
   Fallback fallback_;
+  // From a state's stamp to the first use of the plan that answers it, by the client's own clock: the whole delay, in
+  // simulated time too.
+  std::atomic<std::int64_t> played_after_{0};
 
   std::unique_ptr<dds::ClientEndpoint> endpoint_;  // last: goes first, and its callbacks with it
 };

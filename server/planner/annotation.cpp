@@ -43,6 +43,8 @@ GATEFIELD_MULTIVERSION void crossings(const Slab& slab_in, const float* a0, cons
     const float least = at_plane - std::abs(slope) * slab.half_m;
     const bool counts = passed0[m] < 0.5f && (forward || (backward && at_plane > slab.outside_m));
     crossing[m] = counts ? std::min(crossing[m], least) : crossing[m];
+    const bool inside = std::abs(a1[m]) < slab.half_m && c1[m] > slab.outside_m;
+    crossing[m] = inside ? std::min(crossing[m], c1[m]) : crossing[m];
     passed1[m] = passed0[m] > 0.5f || (forward && at_plane > 0.0f) ? 1.0f : 0.0f;
   }
 }

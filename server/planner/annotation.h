@@ -11,6 +11,8 @@ namespace gatefield::planner {
 ///   between the
 ///              two states beside it; kNoCrossing without one. Forward crossings count always, backward ones when they
 ///              would hit the frame (far outside is the way back around the gate).
+///              States within the slab count as well, before and after the crossing: who turns in the opening meets a
+///              post. Far outside the frame they don't.
 /// The clearance at a point is s - |x| tan(alpha) = c - r: the decoder's value less the hourglass's widening. Along a
 /// line it is concave, so that interpolating linearly never claims more room than there is. Without a field it is
 /// inner_half - distance from the axis.

@@ -22,6 +22,9 @@ constexpr int kScouts = 32;
 /// A field that is free everywhere: every forward crossing goes through the opening.
 constexpr float kOpen_m = 1e4f;
 
+/// The gate passed last is out of the way beyond this distance.
+constexpr double kLeftNear_m = 3.0;
+
 /// What a thread needs for the block it is working on.
 struct Workspace {
   std::vector<float> states, along, passed, clearance, field, next_field, crossing, zeros, open, cost;
@@ -182,7 +185,13 @@ PlanContext Mppi::context(const PlanInput& input) noexcept {
   };
   context.target = guidance(target, detour_side_);
   context.has_next = input.has_next;
-  if (input.has_next) context.next = guidance(input.next, 1.0);
+  if (input.has_next) {
+    // Should the next gate's way in be on its far side, then around it on the side that is nearer.
+    const Eigen::Vector3d across = input.next.axis_W.cross(Eigen::Vector3d::UnitZ());
+    context.next = guidance(input.next, (target.center_W - input.next.center_W).dot(across) >= 0 ? 1.0 : -1.0);
+  }
+  context.has_left = input.has_left && (p - input.left.center_W).norm() < kLeftNear_m;
+  if (context.has_left) context.left = guidance(input.left, 1.0);
   context.hold = input.hold;
 
   context.start_p_WB = p.cast<float>();

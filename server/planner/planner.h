@@ -34,6 +34,8 @@ struct PlanInput {
   GateBelief target;       ///< the gate to pass now
   GateBelief next;         ///< the one after it
   bool has_next = false;
+  GateBelief left;  ///< the gate passed last, without its field: its frame may still be in the way
+  bool has_left = false;
   bool hold = false;             ///< course done: stay near target.center_W instead of passing it
   double field_age_s = 0.0;      ///< age of target.field; ignored when there is none
   double speed_limit_m_s = 0.0;  ///< of the session; 0 = the profile's

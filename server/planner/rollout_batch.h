@@ -38,6 +38,8 @@ struct PlanContext {
   Guidance target;  ///< where to go before the opening
   Guidance next;    ///< and beyond it
   bool has_next = false;
+  Guidance left;  ///< where the gate passed last is, when it is near
+  bool has_left = false;
   bool hold = false;
   Eigen::Vector3f start_p_WB = Eigen::Vector3f::Zero();
   float start_along_m = 0.0f;

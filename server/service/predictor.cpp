@@ -29,6 +29,14 @@ void InputTimeline::add(Stamp plan_start, Stamp step, std::span<const ThrustRate
   }
 }
 
+void InputTimeline::begin_at(Stamp from) noexcept {
+  while (count_ > 0 && nth(0).to <= from) {
+    first_ = (first_ + 1) % kCapacity;
+    --count_;
+  }
+  if (count_ > 0) nth(0).from = std::max(nth(0).from, from);
+}
+
 void predict(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
              QuadrotorState* state) noexcept {
   inputs.visit(from, to, [&](const ThrustRates& rates, Stamp begin, Stamp end) {
@@ -50,7 +58,7 @@ void predict_rotors(const QuadrotorModel& model, const InputTimeline& inputs, St
 void DelayEstimate::Mean::take(double x) noexcept {
   if (count++ == 0) {
     value = x;
-    deviation = 0.25 * std::abs(x);
+    deviation = first_deviation * std::abs(x);
     return;
   }
   const double weight = count < 20 ? 0.25 : 0.1;
@@ -66,6 +74,10 @@ std::chrono::nanoseconds DelayEstimate::network() const noexcept {
 
 std::chrono::nanoseconds DelayEstimate::ahead() const noexcept {
   return std::min<std::chrono::nanoseconds>(network() + from_seconds(solve_.value + 2.0 * solve_.deviation), kMaxDelay);
+}
+
+std::chrono::nanoseconds DelayEstimate::whole() const noexcept {
+  return std::min<std::chrono::nanoseconds>(from_seconds(round_trip_.value + 2.0 * round_trip_.deviation), kMaxDelay);
 }
 
 }  // namespace gatefield::service

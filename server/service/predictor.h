@@ -20,6 +20,9 @@ class InputTimeline {
   /// A plan was sent. @param step  length of each interval, more than 0
   void add(Stamp plan_start, Stamp step, std::span<const ThrustRates> rates, Stamp validity) noexcept;
 
+  /// What was sent did not hold before `from`: the first plan's delay was not known when it was made.
+  void begin_at(Stamp from) noexcept;
+
   /// Calls f(rates, from, to) for consecutive pieces that cover [from, to] without a hole.
   template <typename F>
   void visit(Stamp from, Stamp to, F&& f) const noexcept {
@@ -82,10 +85,14 @@ void predict_rotors(const QuadrotorModel& model, const InputTimeline& inputs, St
 ///   network = mean(round trip) - mean(residence),   solve = mean + 2 mean deviations,
 ///   ahead() = network + solve, held within [0, kMaxDelay].
 /// The state's age since it was received comes on top; the way up is part of `network` and the way down too.
+///
+/// In lockstep there is no clock here. The client measures the whole way by its own, from a state's stamp to the first
+/// use of the plan that answers it; two mean deviations on top keep most plans of a link that jitters from being late:
+///   whole() = mean(round trip) + 2 mean deviations, held within [0, kMaxDelay].
 /// Thread-safe: no (control step).   Real-time safe: yes.
 class DelayEstimate {
  public:
-  static constexpr std::chrono::nanoseconds kMaxDelay = std::chrono::milliseconds(150);
+  static constexpr std::chrono::nanoseconds kMaxDelay = std::chrono::milliseconds(400);
 
   void round_trip(std::chrono::nanoseconds measured) noexcept { round_trip_.take(seconds(measured)); }
   void residence(std::chrono::nanoseconds measured) noexcept { residence_.take(seconds(measured)); }
@@ -93,15 +100,17 @@ class DelayEstimate {
 
   std::chrono::nanoseconds network() const noexcept;
   std::chrono::nanoseconds ahead() const noexcept;
+  std::chrono::nanoseconds whole() const noexcept;
 
  private:
   struct Mean {
+    double first_deviation = 0.25;  ///< of the first value
     double value = 0.0;
     double deviation = 0.0;
     int count = 0;
     void take(double x) noexcept;
   };
-  Mean round_trip_;
+  Mean round_trip_{.first_deviation = 0.0};
   Mean residence_;
   Mean solve_;
 };

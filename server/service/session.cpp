@@ -316,8 +316,22 @@ void Session::take_in(const StateSample& sample) noexcept {
       rotors_.thrust_command_n.cwiseMax(request_.quadrotor.thrust_min_n).cwiseMin(request_.quadrotor.thrust_max_n);
   have_rotors_ = true;
   rotors_stamp_ = sample.stamp;
-  if (sample.round_trip.count() > 0) delay_.round_trip(sample.round_trip);
-  if (progress_.update(sample.state.p_WB, belief(progress_.target()))) publish_target();
+  if (sample.round_trip.count() > 0) {
+    if (!delay_known_) inputs_.begin_at(first_stamp_ + sample.round_trip);
+    delay_known_ = true;
+    delay_.round_trip(sample.round_trip);
+  }
+  const planner::GateBelief target = belief(progress_.target());
+  if (progress_.update(sample.state.p_WB, target)) {
+    leave(target);
+    publish_target();
+  }
+}
+
+void Session::leave(const planner::GateBelief& gate) noexcept {
+  left_ = gate;
+  left_.field = nullptr;  // its latent makes room for the next gate's
+  have_left_ = true;
 }
 
 Session::Answer Session::step(Stamp now) noexcept {
@@ -355,7 +369,7 @@ Session::Answer Session::step(Stamp now) noexcept {
   if (state_is_new_) take_in(newest_);
   state_is_new_ = false;
 
-  const std::chrono::nanoseconds horizon = lockstep() ? std::chrono::nanoseconds{0} : age + delay_.ahead();
+  const std::chrono::nanoseconds horizon = lockstep() ? delay_.whole() : age + delay_.ahead();
   const Stamp plan_start = newest_.stamp + horizon;
   planner::PlanInput input;
   input.start = newest_.state;
@@ -366,7 +380,14 @@ Session::Answer Session::step(Stamp now) noexcept {
   // Between now and the plan's start the vehicle may fly through the gate: then the plan is for the gate after it. Only
   // what was measured counts as passed, though.
   ahead_ = progress_;
-  ahead_.update(input.start.p_WB, belief(ahead_.target()));
+  input.left = left_;
+  input.has_left = have_left_;
+  const planner::GateBelief before = belief(ahead_.target());
+  if (ahead_.update(input.start.p_WB, before)) {
+    input.left = before;
+    input.left.field = nullptr;
+    input.has_left = true;
+  }
 
   input.elapsed_s = have_plan_ ? std::max(0.0, seconds(plan_start - last_plan_start_)) : 0.0;
   input.step = steps_made_++;

@@ -44,9 +44,10 @@ struct SessionParts {
 /// can begin to hold at the vehicle, and goes on from its own prediction when no state comes; after kSilence without
 /// one it sends nothing more, and the client falls back.
 ///
-/// Lockstep: step() is called when something came. It answers each new state once, without prediction, after the depth
-/// frame which that state names was processed (or kDepthWait passed); a state that comes again is answered with the
-/// same command again. The same states and frames give the same commands (but for the measured times in `health`).
+/// Lockstep: step() is called when something came. It answers each new state once, after the depth frame which that
+/// state names was processed (or kDepthWait passed); a state that comes again is answered with the same command again.
+/// The state is predicted by the delay that the client measured in simulated time, and by nothing else: no clock is
+/// involved. The same states and frames give the same commands (but for the measured times in `health`).
 class Session {
  public:
   static constexpr std::chrono::nanoseconds kSilence = std::chrono::milliseconds(500);
@@ -138,6 +139,7 @@ class Session {
   double age_of(std::uint32_t waypoint, Stamp at) const noexcept;
   const perception::RememberedGate* remembered(std::uint32_t waypoint) const noexcept;
   void take_in(const StateSample& sample) noexcept;
+  void leave(const planner::GateBelief& gate) noexcept;
   Withheld fill_command(Stamp plan_start, const planner::Plan& plan) noexcept;
 
   const protocol::SessionRequest request_;
@@ -199,6 +201,9 @@ class Session {
   Stamp first_stamp_{0};
   InputTimeline inputs_;
   DelayEstimate delay_;
+  bool delay_known_ = false;
+  planner::GateBelief left_;  // the gate passed last, without its field
+  bool have_left_ = false;
   planner::Plan plan_;
   std::uint64_t steps_made_ = 0;
   bool have_plan_ = false;

@@ -1,5 +1,7 @@
 #include "server/planner/costs/progress.h"
 
+#include <algorithm>
+
 #include "common/base/multiversion.h"
 
 namespace gatefield::planner {
@@ -10,6 +12,9 @@ ProgressCost::ProgressCost(const Profile& profile) noexcept
       switch_in_rollout_(profile.switch_in_rollout) {}
 
 namespace progress {
+
+/// As far beyond the plane the way straight on is worth as much as the way to the opening was.
+constexpr float kOut_m = 0.5f;
 
 GATEFIELD_MULTIVERSION void squared(const Guidance& target, float start, float weight, const float* x, const float* y,
                                     const float* z, int count, float* cost) noexcept {
@@ -25,7 +30,8 @@ GATEFIELD_MULTIVERSION void distance(const Guidance& target_in, const Guidance& 
   const Guidance target = target_in, next = next_in;  // local copies: no aliasing with cost
   for (int m = 0; m < count; ++m) {
     const float before = target.potential(x[m], y[m], z[m]);
-    const float beyond = next.potential(x[m], y[m], z[m]) - next_at_center;
+    const float out = std::clamp(target.along(x[m], y[m], z[m]), 0.0f, kOut_m);
+    const float beyond = next.potential(x[m], y[m], z[m]) - next_at_center - out;
     cost[m] += weight * ((passed[m] > 0.5f ? beyond : before) - start);
   }
 }

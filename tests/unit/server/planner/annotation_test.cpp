@@ -71,6 +71,23 @@ TEST(Annotation, ComingBackOutsideTheFrameIsFreeButThroughItIsNot) {
   EXPECT_EQ(fixture.passed(7, 0), 0.0f);
 }
 
+TEST(Annotation, TurningInTheOpeningMeetsThePost) {
+  const PlanContext context = starting_at(-0.2f, 0.0f);
+  BatchFixture fixture(5, 2);
+  for (int k = 0; k < 5; ++k) {
+    const float y = 0.15f * static_cast<float>(k + 1);
+    const float x[] = {0.05f, 0.05f + 0.2f * static_cast<float>(k)};  // one stays in the slab, one leaves it
+    for (int m = 0; m < 2; ++m) {
+      fixture.place(k, m, {x[m], y, 0});
+      fixture.field(k, m) = context.inner_half_m + std::abs(x[m]) * context.cone_slope - y;
+    }
+  }
+  fixture.annotate(context);
+  EXPECT_EQ(fixture.passed(0, 0), 1.0f);
+  EXPECT_NEAR(fixture.crossing(0), -0.25f, 1e-4f);  // at y = 0.75
+  EXPECT_GT(fixture.crossing(1), 0.2f);
+}
+
 TEST(Annotation, WithoutAFieldTheAxisIsTheMeasure) {
   const PlanContext context = starting_at(-1.0f, 0.2f);
   BatchFixture fixture(8, 1);

@@ -4,6 +4,7 @@
 #include "server/planner/costs/body_rate.h"
 #include "server/planner/costs/crossing.h"
 #include "server/planner/costs/field_clearance.h"
+#include "server/planner/costs/left_frame.h"
 #include "server/planner/costs/progress.h"
 #include "server/planner/costs/speed.h"
 #include "server/planner/costs/visibility.h"
@@ -50,6 +51,22 @@ TEST(ProgressCost, BeyondTheOpeningTheNextGateCounts) {
   const auto cost = fixture.cost_of(ProgressCost(profile), context_at_origin());
   EXPECT_LT(cost[0], -3.0f);    // more than reaching the gate is worth
   EXPECT_LT(cost[1], cost[0]);  // and more still when heading for the next one
+}
+
+TEST(ProgressCost, LeavingTheOpeningIsWorthItThoughTheNextGateLiesBehind) {
+  Profile profile;
+  profile.progress_weight = 1.0;
+  PlanContext context = context_at_origin();
+  context.next = make_guidance({-1, 6, 0}, {0, 1, 0}, false, 0.7, 1.5, 0.75, 1.0);
+  BatchFixture fixture(1, 3);
+  const float x[] = {-0.1f, 0.1f, 0.4f};
+  for (int m = 0; m < 3; ++m) {
+    fixture.place(0, m, {x[m], 0, 0});
+    fixture.passed(0, m) = m > 0 ? 1 : 0;
+  }
+  const auto cost = fixture.cost_of(ProgressCost(profile), context);
+  EXPECT_LT(cost[1], cost[0] - 0.1f);
+  EXPECT_LT(cost[2], cost[1] - 0.1f);
 }
 
 TEST(ProgressCost, FlyingPastTheGateIsNoProgress) {
@@ -142,6 +159,27 @@ TEST(CrossingCost, GrowsWithWhatIsLackingAndSaturates) {
   EXPECT_NEAR(cost[3], 50.0f, 1e-4f);
 }
 
+TEST(LeftFrameCost, ThePostOfTheGatePassedLastIsSolid) {
+  const LeftFrameCost term(Profile{});
+  PlanContext context = context_at_origin();
+  context.left = make_guidance({0, 0, 0}, {1, 0, 0}, true, 0.7, 1.5, 0.75, 1.0);
+  BatchFixture fixture(3, 5);
+  // In the opening, in the post, behind the post, far outside; and back through the opening.
+  const float x[] = {0.05f, 0.05f, 0.4f, 0.05f, -0.2f}, y[] = {0.1f, 0.6f, 0.6f, 2.0f, 0.1f};
+  for (int m = 0; m < 5; ++m) {
+    for (int k = 0; k < 3; ++k) fixture.place(k, m, {3, y[m], 0});
+    fixture.place(1, m, {x[m], y[m], 0});
+  }
+  EXPECT_EQ(fixture.cost_of(term, context)[1], 0.0f);  // no gate was left
+  context.has_left = true;
+  const auto cost = fixture.cost_of(term, context);
+  EXPECT_EQ(cost[0], 0.0f);
+  EXPECT_NEAR(cost[1], 100.0f * (1.0f + 4.0f * 0.31f), 0.1f);
+  EXPECT_EQ(cost[2], 0.0f);
+  EXPECT_EQ(cost[3], 0.0f);
+  EXPECT_NEAR(cost[4], 100.0f * (1.0f + 4.0f * 0.21f), 0.1f);
+}
+
 TEST(SpeedCost, SquareOfTheExcess) {
   Profile profile;
   profile.speed_weight = 2.0;
@@ -175,7 +213,7 @@ TEST(AltitudeCost, MetresOutside) {
 
 TEST(Terms, OnlyThoseWithWeightAreThere) {
   Profile profile;
-  EXPECT_EQ(make_terms(profile).size(), 7u);
+  EXPECT_EQ(make_terms(profile).size(), 8u);
   profile.crossing_weight = 0;
   profile.body_rate_weight = 0;
   for (const auto& term : make_terms(profile)) {

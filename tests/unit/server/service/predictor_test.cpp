@@ -64,6 +64,13 @@ TEST(InputTimeline, EndsWithTheValidity) {
   EXPECT_EQ(visited(inputs, 0ms, 60ms), (std::vector<Span>{{1, 0ms, 30ms}, {2, 30ms, 40ms}, {0, 40ms, 60ms}}));
 }
 
+TEST(InputTimeline, NothingHoldsBeforeTheFirstPlanArrived) {
+  InputTimeline inputs;
+  inputs.add(0ms, 30ms, plan_of({1, 2, 3, 4}), 400ms);
+  inputs.begin_at(70ms);
+  EXPECT_EQ(visited(inputs, 20ms, 110ms), (std::vector<Span>{{0, 20ms, 70ms}, {3, 70ms, 90ms}, {4, 90ms, 110ms}}));
+}
+
 TEST(InputTimeline, ForgetsTheOldestWhenFull) {
   InputTimeline inputs;
   for (int i = 0; i < 5000; ++i) inputs.add(i * 2ms, 30ms, plan_of({1.0 * i, 0, 0}), 90ms);
@@ -147,6 +154,22 @@ TEST(DelayEstimate, AllowsForSolveTimesThatVary) {
   for (int i = 0; i < 200; ++i) delay.solve(i % 2 ? 4ms : 8ms);
   EXPECT_GT(seconds(delay.ahead()), 0.008);
   EXPECT_LT(seconds(delay.ahead()), 0.012);
+}
+
+TEST(DelayEstimate, OfALinkThatJittersMostPlansAreNotLate) {
+  DelayEstimate steady, jittery;
+  int late = 0;
+  for (int i = 0; i < 400; ++i) {
+    const auto taken = std::chrono::milliseconds(100 + (i * 37) % 41);  // evenly spread over 40 ms
+    late += i >= 50 && taken > jittery.whole() ? 1 : 0;
+    jittery.round_trip(taken);
+    steady.round_trip(100ms);
+  }
+  EXPECT_NEAR(seconds(steady.whole()), 0.100, 1e-4);
+  EXPECT_LT(seconds(jittery.whole()), 0.150);
+  EXPECT_LT(late, 35);
+  for (int i = 0; i < 400; ++i) jittery.round_trip(2s);
+  EXPECT_EQ(jittery.whole(), DelayEstimate::kMaxDelay);
 }
 
 }  // namespace

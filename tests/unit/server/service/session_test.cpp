@@ -291,7 +291,7 @@ TEST(SessionLockstep, AnswersEachStateOnceAndRepeatsWhenAsked) {
   bench.session->take_state(first);
   const auto* command = bench.step();
   ASSERT_NE(command, nullptr);
-  EXPECT_EQ(command->plan_start, 50s);  // no prediction
+  EXPECT_EQ(command->plan_start, 50s);  // no delay was measured
   EXPECT_EQ(command->sequence, 1u);
   EXPECT_EQ(bench.step(), nullptr);
 
@@ -311,6 +311,26 @@ TEST(SessionLockstep, AnswersEachStateOnceAndRepeatsWhenAsked) {
   EXPECT_EQ(command->plan_start, 50010ms);
   EXPECT_EQ(command->health.state_age_s, 0.0);
   EXPECT_FALSE(command->health.degraded);
+}
+
+TEST(SessionLockstep, PlansFromWhereTheVehicleWillBeAfterTheMeasuredDelay) {
+  Bench bench(protocol::Timing::kLockstep);
+  bench.planner->rate_n_s = 12.0;
+  const protocol::ThrustRateCommand* command = nullptr;
+  for (int i = 0; i < 100; ++i) {
+    auto state = bench.state(50s + i * 20ms, {1.0, 0, 1.5});
+    state.state.v_WB = {8, 0, 0};
+    state.round_trip = 100ms;
+    bench.session->take_state(state);
+    bench.clock.advance(i % 3 * 7ms);  // the machine's own time says nothing
+    command = bench.step();
+    ASSERT_NE(command, nullptr);
+  }
+  EXPECT_NEAR(seconds(command->plan_start - command->answers_stamp), 0.100, 1e-4);
+  const QuadrotorState& start = bench.planner->last.start;
+  EXPECT_NEAR(start.p_WB.x(), 1.8, 0.02);
+  // ... through the commands that were sent: the thrusts rise at 12 N/s meanwhile.
+  EXPECT_NEAR(start.thrust_command_n[0], hover_thrust_n(bench.request.quadrotor)[0] + 1.2, 0.01);
 }
 
 TEST(SessionLockstep, WaitsForTheFrameThatTheStateNames) {
@@ -453,7 +473,10 @@ TEST(SessionProgress, CountsGatesAndHoldsBehindTheLastOne) {
   fly_to(4.9);
   EXPECT_EQ(bench.planner->last.target.center_W.x(), 5.0);
   EXPECT_EQ(bench.planner->last.next.center_W.x(), 11.0);
+  EXPECT_FALSE(bench.planner->last.has_left);
   EXPECT_EQ(fly_to(5.1)->health.target_waypoint, 1u);
+  EXPECT_TRUE(bench.planner->last.has_left);  // its frame is still there
+  EXPECT_EQ(bench.planner->last.left.center_W.x(), 5.0);
   EXPECT_EQ(bench.planner->last.target.center_W.x(), 11.0);
   for (int lap = 0; lap < 2; ++lap)
     for (int gate = lap == 0 ? 1 : 0; gate < 4; ++gate) {
@@ -483,6 +506,7 @@ TEST(SessionProgress, APlanThatStartsBehindTheGateIsForTheNextOne) {
   const auto* const command = bench.step();
   EXPECT_NEAR(bench.planner->last.start.p_WB.x(), 5.2, 0.02);
   EXPECT_EQ(bench.planner->last.target.center_W.x(), 11.0);
+  EXPECT_EQ(bench.planner->last.left.center_W.x(), 5.0);
   EXPECT_EQ(command->health.target_waypoint, 0u);  // measured, it has not passed yet
 }
 
