@@ -29,23 +29,25 @@ struct Slab {
   float outside_m;  ///< clearance below which a crossing goes by outside the frame
 };
 
+/// `passed0` is not the row that is written. Conditions are combined without branches, so that the loop vectorises.
 GATEFIELD_MULTIVERSION void crossings(const Slab& slab_in, const float* a0, const float* a1, const float* c0,
-                                      const float* c1, const float* passed0, int count, float* passed1,
-                                      float* crossing) noexcept {
+                                      const float* c1, const float* passed0, int count, float* __restrict passed1,
+                                      float* __restrict crossing) noexcept {
   const Slab slab = slab_in;
   for (int m = 0; m < count; ++m) {
-    const bool forward = a0[m] < 0.0f && a1[m] >= 0.0f;
-    const bool backward = a0[m] >= 0.0f && a1[m] < 0.0f;
+    const bool forward = (a0[m] < 0.0f) & (a1[m] >= 0.0f);
+    const bool backward = (a0[m] >= 0.0f) & (a1[m] < 0.0f);
     const float span = a1[m] - a0[m];
     const float safe_span = std::abs(span) > 1e-6f ? span : 1e-6f;
     const float slope = (c1[m] - c0[m]) / safe_span;
     const float at_plane = c0[m] - a0[m] * slope;
     const float least = at_plane - std::abs(slope) * slab.half_m;
-    const bool counts = passed0[m] < 0.5f && (forward || (backward && at_plane > slab.outside_m));
-    crossing[m] = counts ? std::min(crossing[m], least) : crossing[m];
-    const bool inside = std::abs(a1[m]) < slab.half_m && c1[m] > slab.outside_m;
-    crossing[m] = inside ? std::min(crossing[m], c1[m]) : crossing[m];
-    passed1[m] = passed0[m] > 0.5f || (forward && at_plane > 0.0f) ? 1.0f : 0.0f;
+    const bool counts = (passed0[m] < 0.5f) & (forward | (backward & (at_plane > slab.outside_m)));
+    const float before = crossing[m];
+    const float crossed = (counts & (least < before)) ? least : before;
+    const bool inside = (std::abs(a1[m]) < slab.half_m) & (c1[m] > slab.outside_m);
+    crossing[m] = (inside & (c1[m] < crossed)) ? c1[m] : crossed;
+    passed1[m] = ((passed0[m] > 0.5f) | (forward & (at_plane > 0.0f))) ? 1.0f : 0.0f;
   }
 }
 
