@@ -91,6 +91,16 @@ CellSpec with_defaults(const CellSpec& defaults, const CellSpec& cell) {
   return merged;
 }
 
+/// What a cell that stands beside another one takes from it.
+CellSpec without_results(CellSpec spec) {
+  spec.clear_goal();
+  spec.clear_published();
+  spec.clear_title();
+  spec.clear_series();
+  spec.clear_rollouts();
+  return spec;
+}
+
 /// The cell's scenario with everything that the cell says in place of it; names are absolute.
 Result<config::ScenarioFile> scenario_of(const fs::path& file, const CellSpec& spec, const Place& place) {
   config::ScenarioFile scenario;
@@ -235,6 +245,9 @@ Result<Cell> to_cell(const fs::path& file, const CellSpec& spec, const Place& pl
   cell.speeds_m_s.assign(spec.speed_m_s().begin(), spec.speed_m_s().end());
   cell.profile = spec.profile();
   cell.model = model_of(file, spec.model());
+  cell.perception = static_cast<Perception>(spec.perception());
+  cell.beside = spec.beside();
+  cell.rollouts = spec.rollouts();
   cell.link = {spec.link().each_way_ms(), spec.link().jitter_ms(), spec.link().loss()};
   cell.seeds = {spec.seeds().first(), spec.seeds().last()};
   cell.figure = spec.has_figure() ? spec.figure() : "success";
@@ -271,10 +284,25 @@ Result<Campaign> to_campaign(const fs::path& file, const CampaignFile& spec, con
 
   Campaign campaign;
   campaign.title = spec.has_title() ? spec.title() : file.stem().string();
+  std::vector<CellSpec> merged;
   for (int i = 0; i < spec.cell_size(); ++i) {
     const Place place(file, spec, lines, i);
-    auto cell = to_cell(file, with_defaults(spec.defaults(), spec.cell(i)), place);
+    CellSpec base = spec.defaults();
+    if (spec.cell(i).has_beside()) {
+      const auto at = std::find_if(merged.begin(), merged.end(),
+                                   [&](const CellSpec& other) { return other.name() == spec.cell(i).beside(); });
+      if (at == merged.end())
+        return place.error("beside",
+                           "beside is '" + spec.cell(i).beside() + "', expected the name of a cell above this one");
+      base = without_results(*at);
+    }
+    merged.push_back(with_defaults(base, spec.cell(i)));
+    auto cell = to_cell(file, merged.back(), place);
     if (!cell) return Error{cell.error()};
+    if (const Cell* other = campaign.find(cell->beside); other != nullptr && !spec.cell(i).has_title()) {
+      cell.value().title = other->title + ", " + words(cell->perception);
+      if (!spec.cell(i).has_series()) cell.value().series = other->series + ", " + words(cell->perception);
+    }
     if (campaign.find(cell->name) != nullptr)
       return place.error("name", "the name is taken by a cell before, expected each name once");
     campaign.cells.push_back(std::move(cell).value());
@@ -293,6 +321,34 @@ Result<Campaign> to_campaign(const fs::path& file, const CampaignFile& spec, con
 }
 
 }  // namespace
+
+const char* name(Perception perception) noexcept {
+  switch (perception) {
+    case Perception::kLearned:
+      return "LEARNED";
+    case Perception::kNone:
+      return "NONE";
+    case Perception::kClassical:
+      return "CLASSICAL";
+    case Perception::kTruePose:
+      return "TRUE_POSE";
+  }
+  return "";
+}
+
+const char* words(Perception perception) noexcept {
+  switch (perception) {
+    case Perception::kLearned:
+      return "learned field";
+    case Perception::kNone:
+      return "no vision";
+    case Perception::kClassical:
+      return "classical detector";
+    case Perception::kTruePose:
+      return "true pose";
+  }
+  return "";
+}
 
 const Cell* Campaign::find(const std::string& name) const noexcept {
   const auto at = std::find_if(cells.begin(), cells.end(), [&](const Cell& cell) { return cell.name == name; });
@@ -355,6 +411,10 @@ Status save_campaign(const Campaign& campaign, const fs::path& folder) {
     for (const double speed_m_s : cell.speeds_m_s) out->add_speed_m_s(speed_m_s);
     out->set_profile(cell.profile);
     out->set_model(cell.model);
+    out->set_perception(static_cast<PerceptionKind>(cell.perception));
+    if (!cell.beside.empty()) out->set_beside(cell.beside);
+    if (cell.rollouts) out->set_rollouts(true);
+    out->mutable_link();  // as it is, whatever the cell beside has
     if (cell.link.each_way_ms > 0) out->mutable_link()->set_each_way_ms(cell.link.each_way_ms);
     if (cell.link.jitter_ms > 0) out->mutable_link()->set_jitter_ms(cell.link.jitter_ms);
     if (cell.link.loss > 0) out->mutable_link()->set_loss(cell.link.loss);

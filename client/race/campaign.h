@@ -35,6 +35,15 @@ struct SeedRange {
   std::uint64_t count() const noexcept { return last - first + 1; }
 };
 
+/// What sees the gates, see campaign.proto.
+enum class Perception { kLearned, kNone, kClassical, kTruePose };
+inline constexpr Perception kPerceptions[] = {Perception::kNone, Perception::kClassical, Perception::kLearned,
+                                              Perception::kTruePose};  ///< from the least to the most
+/// "LEARNED", ...: as in files.
+const char* name(Perception perception) noexcept;
+/// "learned field", ...: for people.
+const char* words(Perception perception) noexcept;
+
 /// Trials that differ in the seed alone, at each of several speeds.
 struct Cell {
   std::string name;
@@ -44,8 +53,11 @@ struct Cell {
   std::vector<double> speeds_m_s;
   std::string profile;
   std::string model;  ///< as written; an existing folder is absolute
+  Perception perception = Perception::kLearned;
+  std::string beside;  ///< name of the cell that this one is compared with; empty: none
   Link link;
   SeedRange seeds;
+  bool rollouts = false;  ///< the first trial at each speed is drawn with its rollouts
   std::string figure;
   std::string series;
   std::vector<Published> published;

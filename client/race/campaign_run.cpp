@@ -1,6 +1,7 @@
 #include "client/race/campaign_run.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <mutex>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include "client/race/files.h"
 #include "client/race/report.h"
 #include "client/race/trial_log.h"
+#include "client/simulator/belief_picture.h"
 #include "client/simulator/flight_picture.h"
 
 namespace gatefield::race {
@@ -62,6 +64,7 @@ class Keeper {
     TrialResult result = flight.result;
     result.setup = plan_.setups.at(trial.cell->name);
     const bool flown = flight.end == Flight::End::kFlown;
+    if (!flown) result.cause = Cause::kNotRecorded;
     if (flown && wants_path(trial, result))
       if (auto status = put_file(request_.folder / "paths" / (trial.file_name() + ".csv"), path_text(flight.report));
           !status)
@@ -74,14 +77,43 @@ class Keeper {
                                                         scenario, flight.report, subtitle(trial, flight.report));
           !status)
         return status;
+      if (auto status = draw_end(trial, flight, result, scenario); !status) return status;
     }
+    if (flown && trial.cell->rollouts && trial.seed == first_seed(trial))
+      if (auto status = draw_rollouts(trial, flight); !status) return status;
     return log_.append(result);
   }
 
  private:
+  std::uint64_t first_seed(const Trial& trial) const {
+    return request_.selection.seeds.value_or(trial.cell->seeds).first;
+  }
+  Status draw_end(const Trial& trial, const Flight& flight, const TrialResult& result,
+                  const config::Scenario& scenario) const {
+    const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, trial.seed);
+    char belief[160] = ", the gate was never seen";
+    if (std::isfinite(result.belief_error_m))
+      std::snprintf(belief, sizeof belief, "; believed %.2f m and %.0f deg off, first seen %.2f s before the end",
+                    result.belief_error_m, result.belief_turn_deg, result.seen_before_s);
+    return simulator::write_end_picture(request_.folder / "failures" / (trial.file_name() + "-end.png"), scenario,
+                                        flight.report, flight.trace, diagnose(flight.report, flight.trace, world).gate,
+                                        trial.name() + ": " + result.sentence,
+                                        std::string("cause: ") + words(result.cause) + belief);
+  }
+  Status draw_rollouts(const Trial& trial, const Flight& flight) const {
+    config::Scenario scenario = trial.cell->scenario;
+    scenario.seed = trial.seed;
+    const fs::path base = request_.folder / "rollouts" / trial.file_name();
+    const std::string said = subtitle(trial, flight.report);
+    if (auto status = simulator::write_rollouts_picture(base.string() + "-all.png", scenario, flight.report,
+                                                        flight.trace, trial.cell->title + ": rollouts", said);
+        !status)
+      return status;
+    return simulator::write_approach_picture(base.string() + "-approach.png", scenario, flight.report, flight.trace,
+                                             trial.cell->title + ": the approach to the first gate", said);
+  }
   bool wants_path(const Trial& trial, const TrialResult& result) const {
-    const std::uint64_t first = request_.selection.seeds.value_or(trial.cell->seeds).first;
-    return !result.won() || trial.seed - first < static_cast<std::uint64_t>(std::max(request_.paths, 0));
+    return !result.won() || trial.seed - first_seed(trial) < static_cast<std::uint64_t>(std::max(request_.paths, 0));
   }
   bool wants_picture(const Trial& trial) {
     const std::lock_guard lock(mutex_);
@@ -116,7 +148,13 @@ Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server) {
                 cell.link.jitter_ms, cell.link.loss);
   print.add(numbers);
   print.add(cell.profile);
-  if (!server.name.empty()) return print.value();
+  print.add(name(cell.perception));
+  const bool learned = cell.perception == Perception::kLearned;
+  if (!server.name.empty()) {
+    if (learned) return print.value();
+    return Error{"cell '" + cell.name + "': perception is " + name(cell.perception) +
+                 ", expected LEARNED with a server on the network (--server): baselines have servers of their own"};
+  }
 
   const fs::path profile = server.profiles / (cell.profile + ".txt");
   std::error_code failure;
@@ -124,9 +162,12 @@ Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server) {
     return Error{"cell '" + cell.name + "': profile is '" + cell.profile + "', expected one of the files in " +
                  server.profiles.string() + " without its .txt"};
   if (auto status = add_file(profile, &print); !status) return Error{status.error()};
-  if (auto status = add_model(cell.model, &print); !status) return Error{"cell '" + cell.name + "': " + status.error()};
+  if (learned)
+    if (auto status = add_model(cell.model, &print); !status)
+      return Error{"cell '" + cell.name + "': " + status.error()};
   print.add(server.isa);
-  if (auto status = add_programs(server.program, &print); !status) return Error{status.error()};
+  if (auto status = add_programs(learned ? server.program : server.baseline_program, &print); !status)
+    return Error{status.error()};
   return print.value();
 }
 
@@ -226,7 +267,7 @@ Result<std::size_t> merge_results(const std::vector<fs::path>& sources, const fs
   if (auto status = put_file(out / "campaign.txt", *spec); !status) return Error{status.error()};
   for (const fs::path& source : sources) {
     const fs::path home = fs::is_directory(source, failure) ? source : source.parent_path();
-    for (const char* part : {"cells", "paths", "failures"}) copy_missing(home / part, out / part);
+    for (const char* part : {"cells", "paths", "failures", "rollouts"}) copy_missing(home / part, out / part);
   }
   if (auto status = put_file(file, text); !status) return Error{status.error()};
   return all.size();

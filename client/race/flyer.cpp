@@ -60,35 +60,44 @@ bool ServerFlyer::lost() {
   return server && !server->alive();
 }
 
-Status ServerFlyer::ensure_server(const std::string& model, const std::atomic<bool>& cancel, std::string* why_lost) {
+Result<std::vector<std::string>> ServerFlyer::server_arguments(const Cell& cell) const {
+  std::vector<std::string> arguments;
+  if (cell.perception == Perception::kLearned) {
+    const auto folder = find_model(cell.model);
+    if (!folder) return Error{folder.error()};
+    arguments = {options_.program, "--model", folder->string()};
+  } else {
+    arguments = {options_.baseline_program, "--perception", name(cell.perception), "--scenario",
+                 (options_.cells / (cell.name + ".txt")).string()};
+  }
+  for (const auto& [option, value] : {std::pair<std::string, std::string>("--domain", std::to_string(domain_)),
+                                      {"--name", server_name_},
+                                      {"--profiles", options_.profiles.string()},
+                                      {"--threads", "1"},
+                                      {"--perception-threads", "1"},
+                                      {"--log-level", "info"},
+                                      {"--isa", options_.isa},
+                                      {"--trace", options_.traces.string()}})
+    if (!value.empty()) arguments.insert(arguments.end(), {option, value});
+  if (cell.rollouts && !options_.traces.empty()) arguments.emplace_back("--trace-rollouts");
+  return arguments;
+}
+
+Status ServerFlyer::ensure_server(const Cell& cell, const std::atomic<bool>& cancel, std::string* why_lost) {
   if (!options_.name.empty()) return {};
-  if (server_ && server_->alive() && model == model_) return {};
+  if (server_ && server_->alive() && server_key(cell) == key_) return {};
   set_server(nullptr);
-  const auto folder = find_model(model);
-  if (!folder) return Error{folder.error()};
   // Each start has a name of its own, so that nothing of the one before can be taken for its words.
   server_name_ = "race-" + host_name() + "-" + std::to_string(getpid()) + "-" + std::to_string(worker_) + "-" +
                  std::to_string(++starts_);
-  std::vector<std::string> arguments{options_.program,
-                                     "--domain",
-                                     std::to_string(domain_),
-                                     "--name",
-                                     server_name_,
-                                     "--model",
-                                     folder->string(),
-                                     "--profiles",
-                                     options_.profiles.string(),
-                                     "--threads",
-                                     "1",
-                                     "--perception-threads",
-                                     "1",
-                                     "--log-level",
-                                     "info"};
-  if (!options_.isa.empty()) arguments.insert(arguments.end(), {"--isa", options_.isa});
+  const auto arguments = server_arguments(cell);
+  if (!arguments) return Error{arguments.error()};
+  std::error_code failure;
+  if (!options_.traces.empty()) fs::create_directories(options_.traces, failure);
   // Shards may share the folder, and the machine.
   const fs::path log = options_.logs / ("server-" + host_name() + "-" + std::to_string(getpid()) + "-" +
                                         std::to_string(worker_) + ".log");
-  auto server = ServerProcess::start(arguments, log, kServerStart, cancel);
+  auto server = ServerProcess::start(*arguments, log, kServerStart, cancel);
   if (!server) {
     const bool bad_input = server.error().find("code " + std::to_string(kBadInput) + " ") != std::string::npos ||
                            server.error().find("code 127 ") != std::string::npos;
@@ -96,14 +105,24 @@ Status ServerFlyer::ensure_server(const std::string& model, const std::atomic<bo
     *why_lost = server.error();
     return {};
   }
-  model_ = model;
+  key_ = server_key(cell);
   set_server(std::move(server).value());
   return {};
 }
 
+/// Reads and removes what the server wrote of this vehicle; it was written before the last answer came.
+std::vector<trace::Step> ServerFlyer::take_trace(const std::string& vehicle) const {
+  if (options_.traces.empty() || !options_.name.empty()) return {};
+  const fs::path file = options_.traces / (vehicle + ".trace");
+  auto steps = trace::read(file);
+  std::error_code failure;
+  fs::remove(file, failure);
+  return steps ? std::move(steps).value() : std::vector<trace::Step>{};
+}
+
 Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& cancel) {
   Flight flight;
-  if (auto status = ensure_server(trial.cell->model, cancel, &flight.why); !status) return Error{status.error()};
+  if (auto status = ensure_server(*trial.cell, cancel, &flight.why); !status) return Error{status.error()};
   if (cancel || !flight.why.empty()) {
     flight.end = cancel ? Flight::End::kCancelled : Flight::End::kLost;
     return flight;
@@ -152,12 +171,14 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
                        report->outcome != simulator::Outcome::kLinkLost;
     if (whole) {
       flight.end = Flight::End::kFlown;
-      flight.result = to_result(trial, *report);
+      flight.trace = take_trace(link.vehicle);
+      flight.result = to_result(trial, *report, flight.trace);
       flight.result.model = client->session().model_hash;
       if (const auto command = client->newest()) flight.result.isa = command->isa.data();
       flight.report = std::move(report).value();
       return flight;
     }
+    take_trace(link.vehicle);
     flight.why = "of " + std::to_string(report->control_ticks) + " states the server left " +
                  std::to_string(report->late_ticks) + " without an answer and answered " +
                  std::to_string(report->doubtful_ticks) + " so late that their frames may be missing";

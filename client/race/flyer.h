@@ -19,9 +19,10 @@ struct Flight {
     kCancelled,  ///< nobody wants it any more
   };
   End end = End::kLost;
-  TrialResult result;        ///< of a flown one
-  simulator::Report report;  ///< of a flown one
-  std::string why;           ///< lost: a sentence
+  TrialResult result;              ///< of a flown one
+  simulator::Report report;        ///< of a flown one
+  std::vector<trace::Step> trace;  ///< what its planner believed; empty: not recorded
+  std::string why;                 ///< lost: a sentence
 };
 
 /// Flies trials one after the other: what a worker of the runner has. Tests put their own in.
@@ -38,7 +39,11 @@ class Flyer {
 
 struct ServerOptions {
   std::string program = "gatefield-server";
+  /// gatefield-baseline-server, for cells whose perception is not the learned field.
+  std::string baseline_program = "gatefield-baseline-server";
   std::filesystem::path profiles;         ///< folder
+  std::filesystem::path cells;            ///< folder of <cell>.txt scenarios, as save_campaign() leaves it
+  std::filesystem::path traces;           ///< folder for what planners believe, while they fly; empty: not recorded
   std::filesystem::path logs;             ///< folder
   std::string name;                       ///< of a server on the network; empty: each worker starts its own
   std::uint32_t domain = 0;               ///< where that one is
@@ -62,14 +67,16 @@ class ServerFlyer final : public Flyer {
   bool lost() override;
 
  private:
-  Status ensure_server(const std::string& model, const std::atomic<bool>& cancel, std::string* lost);
+  Result<std::vector<std::string>> server_arguments(const Cell& cell) const;
+  Status ensure_server(const Cell& cell, const std::atomic<bool>& cancel, std::string* lost);
+  std::vector<trace::Step> take_trace(const std::string& vehicle) const;
   void set_server(std::shared_ptr<ServerProcess> server);
 
   ServerOptions options_;
   int worker_;
   std::uint32_t domain_;
   std::string server_name_;
-  std::string model_;  ///< of the server that runs
+  std::string key_;  ///< server_key() of the server that runs
   unsigned starts_ = 0, flights_ = 0;
   std::mutex mutex_;  // guards the pointer
   std::shared_ptr<ServerProcess> server_;

@@ -55,10 +55,10 @@ int complain(const std::string& sentence, int code = kExitBadInput) {
 }
 
 /// The server that was built or installed with this program.
-std::string default_server() {
+std::string default_server(const std::string& name) {
   std::error_code failure;
-  const fs::path beside = fs::read_symlink("/proc/self/exe", failure).parent_path() / "gatefield-server";
-  return fs::exists(beside, failure) ? beside.string() : "gatefield-server";
+  const fs::path beside = fs::read_symlink("/proc/self/exe", failure).parent_path() / name;
+  return fs::exists(beside, failure) ? beside.string() : name;
 }
 
 Result<RunRequest> request_of(const Arguments& a) {
@@ -82,7 +82,10 @@ Result<RunRequest> request_of(const Arguments& a) {
   request.runner.workers = a.workers > 0 ? a.workers : static_cast<int>(cores);
   request.runner.attempts = a.attempts;
   request.runner.trial_limit = std::chrono::seconds(std::lround(a.trial_limit_s));
-  request.server.program = a.server_program.empty() ? default_server() : a.server_program;
+  request.server.program = a.server_program.empty() ? default_server("gatefield-server") : a.server_program;
+  request.server.baseline_program = default_server("gatefield-baseline-server");
+  request.server.cells = request.folder / "cells";
+  request.server.traces = request.folder / "traces";
   request.server.name = a.server;
   request.server.domain = a.domain;
   request.server.isa = a.isa;

@@ -151,6 +151,43 @@ Shown flights_of(const fs::path& folder, const Cell& cell, const std::vector<Tri
   return {};
 }
 
+/// A picture of a lost flight for each cause: of the learned field's flights when it has one.
+std::string cause_pictures(const fs::path& folder, const Campaign& campaign, const std::vector<TrialResult>& results) {
+  std::string page;
+  std::error_code failure;
+  for (const Cause cause : kCauses) {
+    std::string found;
+    for (const bool learned : {true, false})
+      for (const TrialResult& result : results) {
+        const Cell* cell = campaign.find(result.cell);
+        if (!found.empty() || cell == nullptr || result.won() || result.cause != cause) continue;
+        if ((cell->perception == Perception::kLearned) != learned) continue;
+        const std::string file = "failures/" + Trial{cell, result.speed_m_s, result.seed}.file_name() + "-end.png";
+        if (fs::exists(folder / file, failure))
+          found = "\nCause **" + std::string(words(cause)) + "**: " + trial_name(result) + "\n\n![" + words(cause) +
+                  "](../" + file + ")\n";
+      }
+    page += found;
+  }
+  return page;
+}
+
+/// Those that the flights of cells with rollouts left.
+std::string rollout_pictures(const fs::path& folder, const Campaign& campaign) {
+  std::vector<fs::path> files;
+  std::error_code failure;
+  for (const auto& entry : fs::directory_iterator(folder / "rollouts", failure))
+    if (entry.path().extension() == ".png") files.push_back(entry.path().filename());
+  std::sort(files.begin(), files.end());
+  std::string page;
+  for (const Cell& cell : campaign.cells)
+    if (cell.rollouts)
+      for (const fs::path& file : files)
+        if (file.string().starts_with(cell.name + "-"))
+          page += "\n![" + cell.title + "](../rollouts/" + file.string() + ")\n";
+  return page;
+}
+
 }  // namespace
 
 Interval wilson(std::size_t won, std::size_t trials) noexcept {
@@ -183,6 +220,7 @@ std::vector<Line> summarize(const Campaign& campaign, const std::vector<TrialRes
     ++line.trials;
     if (result.won()) ++line.won;
     if (!result.won()) ++line.failures[result.failure];
+    if (!result.won()) ++line.causes[result.cause];
     if (std::isfinite(result.top_speed_m_s)) line.top_speed_m_s = std::max(line.top_speed_m_s, result.top_speed_m_s);
     line.setups.insert(result.setup);
     line.models.insert(result.model);
@@ -283,6 +321,111 @@ plot::Table failure_table(const std::vector<Line>& lines) {
     }
     table.rows.push_back(std::move(row));
   }
+  return table;
+}
+
+plot::Table cause_table(const Campaign& campaign, const std::vector<Line>& lines,
+                        const std::vector<TrialResult>& results) {
+  plot::Table table;
+  table.title = "Failures by cause";
+  table.columns = {"cell", "speed limit [m/s]", "flown", "lost"};
+  for (const Cause cause : kCauses) table.columns.emplace_back(words(cause));
+  table.columns.insert(table.columns.end(), {"believed off [m]", "believed off [deg]", "seen before the end [s]"});
+  for (const Line& line : lines) {
+    if (line.causes.empty()) continue;
+    const Cell* cell = campaign.find(line.cell);
+    std::vector<plot::Cell> row{cell != nullptr ? cell->title : line.cell,
+                                {line.speed_m_s, 1},
+                                {static_cast<double>(line.trials), 0},
+                                {static_cast<double>(line.trials - line.won), 0}};
+    for (const Cause cause : kCauses) {
+      const auto at = line.causes.find(cause);
+      row.emplace_back(at == line.causes.end() ? 0.0 : static_cast<double>(at->second), 0);
+    }
+    std::vector<double> off_m, off_deg, seen_s;
+    for (const TrialResult& result : results)
+      if (!result.won() && result.cell == line.cell && result.speed_m_s == line.speed_m_s) {
+        off_m.push_back(result.belief_error_m);
+        off_deg.push_back(result.belief_turn_deg);
+        seen_s.push_back(result.seen_before_s);
+      }
+    row.emplace_back(median(off_m), 2);
+    row.emplace_back(median(off_deg), 0);
+    row.emplace_back(median(seen_s), 2);
+    table.rows.push_back(std::move(row));
+  }
+  char note[400];
+  std::snprintf(note, sizeof note,
+                "Perception wrong: over the last %.1f s the gate was believed more than %.1f m or %.0f deg off, or "
+                "another gate was headed for. Seen too late: less than %.1f s before the end. Referee: out of time or "
+                "out of the volume. Control: known, and hit or missed all the same. Last columns: medians.",
+                kJudged_s, kWrongCenter_m, kWrongAxis_rad * 57.29577951308232, kJudged_s);
+  table.note = note;
+  return table;
+}
+
+plot::Table perception_table(const Campaign& campaign, const std::vector<TrialResult>& results) {
+  plot::Table table;
+  table.title = "Perceptions beside each other, same seeds";
+  table.columns = {"cell", "speed limit [m/s]", "seeds"};
+  for (const Perception perception : kPerceptions) table.columns.push_back(std::string(words(perception)) + " [%]");
+  table.columns.insert(table.columns.end(), {"lost, won with the true pose", "lost with both"});
+  for (const Cell& base : campaign.cells) {
+    std::vector<const Cell*> cells{&base};
+    for (const Cell& cell : campaign.cells)
+      if (cell.beside == base.name) cells.push_back(&cell);
+    if (cells.size() < 2) continue;
+    for (const double speed_m_s : base.speeds_m_s) {
+      // By cell: what became of each seed. Those count that every cell with this speed has flown.
+      std::vector<std::map<std::uint64_t, bool>> won;
+      std::vector<const Cell*> flown;
+      for (const Cell* cell : cells) {
+        std::map<std::uint64_t, bool> seeds;
+        for (const TrialResult& result : results)
+          if (result.cell == cell->name && result.speed_m_s == speed_m_s && result.failure != Failure::kLostServer)
+            seeds[result.seed] = result.won();
+        if (seeds.empty()) continue;
+        won.push_back(std::move(seeds));
+        flown.push_back(cell);
+      }
+      if (flown.size() < 2 || flown.front() != &base) continue;
+      std::vector<std::uint64_t> common;
+      for (const auto& [seed, unused] : won.front())
+        if (std::all_of(won.begin(), won.end(), [s = seed](const auto& seeds) { return seeds.count(s) > 0; }))
+          common.push_back(seed);
+      if (common.empty()) continue;
+      std::vector<plot::Cell> row{base.title, {speed_m_s, 1}, {static_cast<double>(common.size()), 0}};
+      const std::map<std::uint64_t, bool>*learned = nullptr, *truth = nullptr;
+      for (const Perception perception : kPerceptions) {
+        double share = kNone;
+        for (std::size_t i = 0; i < flown.size(); ++i) {
+          if (flown[i]->perception != perception) continue;
+          const auto count =
+              std::count_if(common.begin(), common.end(), [&](std::uint64_t seed) { return won[i].at(seed); });
+          share = 100.0 * static_cast<double>(count) / static_cast<double>(common.size());
+          if (perception == Perception::kLearned) learned = &won[i];
+          if (perception == Perception::kTruePose) truth = &won[i];
+        }
+        row.emplace_back(share, 0);
+      }
+      double perceptions = kNone, both = kNone;
+      if (learned != nullptr && truth != nullptr) {
+        const auto count = [&](bool with_truth) {
+          return static_cast<double>(std::count_if(common.begin(), common.end(), [&](std::uint64_t seed) {
+            return !learned->at(seed) && truth->at(seed) == with_truth;
+          }));
+        };
+        perceptions = count(true);
+        both = count(false);
+      }
+      row.emplace_back(perceptions, 0);
+      row.emplace_back(both, 0);
+      table.rows.push_back(std::move(row));
+    }
+  }
+  table.note =
+      "Same planner, profile, seeds and gates; only what sees the gates differs. Lost, won with the true pose: "
+      "perception's share of the learned field's losses; lost with both: control's.";
   return table;
 }
 
@@ -393,9 +536,12 @@ std::string failure_list(const Campaign& campaign, const std::vector<TrialResult
     if (result.end_p_W.allFinite())
       std::snprintf(place, sizeof place, ", at (%.2f, %.2f, %.2f), frame %llu", result.end_p_W.x(), result.end_p_W.y(),
                     result.end_p_W.z(), static_cast<unsigned long long>(result.frame));
-    out += "\n# " + trial_name(result) + ": " + words(result.failure) + ": " + result.sentence + place + "; model " +
-           (cell != nullptr ? cell->model : "of the cell") + " (hash " + hex(result.model) + "), " + result.isa + "\n" +
-           result.reproduce + "\n";
+    if (cell != nullptr && cell->perception != Perception::kLearned)
+      out += "\n# server: gatefield-baseline-server --perception " + std::string(name(cell->perception)) +
+             " --scenario cells/" + cell->name + ".txt";
+    out += "\n# " + trial_name(result) + ": " + words(result.cause) + ", " + words(result.failure) + ": " +
+           result.sentence + place + "; model " + (cell != nullptr ? cell->model : "of the cell") + " (hash " +
+           hex(result.model) + "), " + result.isa + "\n" + result.reproduce + "\n";
   }
   return out;
 }
@@ -443,6 +589,19 @@ Result<ReportFiles> write_report(const fs::path& folder) {
     if (auto status = put_table(out.folder, "failures", failures); !status) return Error{status.error()};
     page += "\n" + plot::to_markdown(failures) + "\n`failures-to-fly.txt` has the command line of each.\n";
   }
+  const plot::Table perceptions = perception_table(*campaign, *results);
+  if (!perceptions.rows.empty()) {
+    if (auto status = put_table(out.folder, "perceptions", perceptions); !status) return Error{status.error()};
+    page += "\n" + plot::to_markdown(perceptions);
+    out.text += "\n" + plot::to_text(perceptions);
+  }
+  const plot::Table causes = cause_table(*campaign, lines, *results);
+  if (!causes.rows.empty()) {
+    if (auto status = put_table(out.folder, "causes", causes); !status) return Error{status.error()};
+    page += "\n" + plot::to_markdown(causes);
+    out.text += "\n" + plot::to_text(causes);
+    page += cause_pictures(folder, *campaign, *results);
+  }
   if (auto status = put_file(out.folder / "failures-to-fly.txt", failure_list(*campaign, *results)); !status)
     return Error{status.error()};
 
@@ -461,6 +620,7 @@ Result<ReportFiles> write_report(const fs::path& folder) {
       if (drawn->png) page += "\n![" + chart.title + "](figures/" + name + ".png)\n";
       if (!drawn->png) out.remarks.push_back(name + " was not drawn: " + drawn->why_not);
     }
+  page += rollout_pictures(folder, *campaign);
   for (const Cell& cell : campaign->cells) {
     const Shown shown = flights_of(folder, cell, *results);
     if (shown.flights.empty()) continue;

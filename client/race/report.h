@@ -33,6 +33,7 @@ struct Line {
   double smallest_clearance_m = 0.0;  ///< of races won; NaN: none
   double median_round_trip_ms = 0.0;
   std::map<Failure, std::size_t> failures;
+  std::map<Cause, std::size_t> causes;
   std::set<std::uint64_t> setups, models;
 
   double success() const noexcept { return trials > 0 ? static_cast<double>(won) / static_cast<double>(trials) : 0.0; }
@@ -49,6 +50,13 @@ plot::Table success_table(const Campaign& campaign, const std::vector<Line>& lin
 plot::Table comparison_table(const Campaign& campaign, const std::vector<Line>& lines);
 /// How often each kind of failure happened, by cell and speed; no row without a failure.
 plot::Table failure_table(const std::vector<Line>& lines);
+/// What races were lost by, and how far the belief was off in each case; no row without a failure.
+plot::Table cause_table(const Campaign& campaign, const std::vector<Line>& lines,
+                        const std::vector<TrialResult>& results);
+/// Cells beside each other (CellSpec.beside): at each speed the seeds that all of them flew, what share each perception
+/// won, and, with a true pose among them, whose share the races are that the learned field lost. A row per cell that
+/// others stand beside and speed.
+plot::Table perception_table(const Campaign& campaign, const std::vector<TrialResult>& results);
 /// Success with its interval for one of the campaign's figures; without series when nothing was flown for it.
 plot::Chart success_chart(const Campaign& campaign, const Figure& figure, const std::vector<Line>& lines);
 /// Failures by kind for the cells of a figure, as bars.

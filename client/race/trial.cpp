@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <numbers>
 
 #include "client/race/files.h"
 #include "common/plot/table.h"
@@ -72,6 +73,17 @@ bool read(const std::string& text, Failure* failure) {
   return false;
 }
 
+bool read(const std::string& text, Cause* cause) {
+  *cause = Cause::kNone;
+  if (text == name(Cause::kNone)) return true;
+  for (const Cause one : kCauses)
+    if (text == name(one)) {
+      *cause = one;
+      return true;
+    }
+  return false;
+}
+
 /// A column: its name, how it is written and how it is read.
 struct Column {
   const char* name;
@@ -116,6 +128,11 @@ const std::vector<Column>& columns() {
        [](const std::string& s, R*) { return s == "0" || s == "1"; }},
       {"failure", [](const R& r) { return std::string(name(r.failure)); },
        [](const std::string& s, R* r) { return gatefield::race::read(s, &r->failure); }},
+      {"cause", [](const R& r) { return std::string(name(r.cause)); },
+       [](const std::string& s, R* r) { return gatefield::race::read(s, &r->cause); }},
+      decimal("belief_error_m", &R::belief_error_m, "%.3f"),
+      decimal("belief_turn_deg", &R::belief_turn_deg, "%.1f"),
+      decimal("seen_before_s", &R::seen_before_s, "%.2f"),
       text("outcome", &R::outcome),
       whole("gates", &R::gates_passed),
       whole("gates_total", &R::gates_total),
@@ -169,24 +186,30 @@ Result<Shard> parse_shard(const std::string& text) {
   return shard;
 }
 
+std::string server_key(const Cell& cell) {
+  if (cell.perception != Perception::kLearned) return std::string(name(cell.perception)) + " for " + cell.name;
+  return cell.rollouts ? cell.model + " with rollouts" : cell.model;
+}
+
 std::vector<Trial> trials_of(const Campaign& campaign, const Selection& selection) {
-  std::vector<std::string> models;
+  std::vector<std::string> servers;
   std::uint64_t rounds = 0;
   const auto seeds_of = [&](const Cell& cell) { return selection.seeds.value_or(cell.seeds); };
   for (const Cell& cell : campaign.cells) {
-    if (std::find(models.begin(), models.end(), cell.model) == models.end()) models.push_back(cell.model);
+    const std::string key = server_key(cell);
+    if (std::find(servers.begin(), servers.end(), key) == servers.end()) servers.push_back(key);
     rounds = std::max(rounds, seeds_of(cell).count());
   }
   const auto shards = static_cast<std::uint64_t>(selection.shard.count);
   std::vector<Trial> trials;
-  for (const std::string& model : models)
+  for (const std::string& server : servers)
     for (std::uint64_t round = 0; round < rounds; ++round) {
       // A round deals one trial of every cell and speed; the first one goes to another shard in each round.
       std::uint64_t place = round;
       for (const Cell& cell : campaign.cells)
         for (const double speed_m_s : cell.speeds_m_s) {
           const bool mine = place++ % shards + 1 == static_cast<std::uint64_t>(selection.shard.index);
-          if (mine && cell.model == model && round < seeds_of(cell).count())
+          if (mine && server_key(cell) == server && round < seeds_of(cell).count())
             trials.push_back({&cell, speed_m_s, seeds_of(cell).first + round});
         }
     }
@@ -274,12 +297,19 @@ Failure failure_of(const simulator::Report& report) noexcept {
   return Failure::kLostServer;
 }
 
-TrialResult to_result(const Trial& trial, const simulator::Report& report) {
+TrialResult to_result(const Trial& trial, const simulator::Report& report, const std::vector<trace::Step>& trace) {
   TrialResult result;
   result.cell = trial.cell->name;
   result.speed_m_s = trial.speed_m_s;
   result.seed = trial.seed;
   result.failure = failure_of(report);
+  const config::Scenario& scenario = trial.cell->scenario;
+  const Diagnosis diagnosis =
+      diagnose(report, trace, config::perturbed_world(scenario.track, scenario.perturbation, trial.seed));
+  result.cause = diagnosis.cause;
+  result.belief_error_m = diagnosis.center_error_m;
+  result.belief_turn_deg = diagnosis.axis_error_rad * 180.0 / std::numbers::pi;
+  result.seen_before_s = diagnosis.seen_before_s;
   result.outcome = simulator::name(report.outcome);
   result.gates_passed = static_cast<int>(report.passes.size());
   result.gates_total = report.gates_total;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/race/campaign.h"
+#include "client/race/cause.h"
 #include "client/simulator/run_log.h"
 
 namespace gatefield::race {
@@ -24,6 +25,9 @@ struct Trial {
   std::string file_name() const;
 };
 
+/// What server a cell needs: one per model, and for the baselines one per cell.
+std::string server_key(const Cell& cell);
+
 /// Part `index` (from 1) of `count` of a campaign.
 struct Shard {
   int index = 1, count = 1;
@@ -37,9 +41,9 @@ struct Selection {
   std::optional<SeedRange> seeds;  ///< in place of the cells'
 };
 
-/// The trials of a campaign in the order of flight: models one after the other (changing one restarts the server), the
-/// first seed of every cell and speed, then the second, and so on, so that a campaign that is stopped has flown about
-/// as many of each. The shards of a campaign hold every trial exactly once, and each about as many of every cell.
+/// The trials of a campaign in the order of flight: servers one after the other (see server_key()), the first seed of
+/// every cell and speed, then the second, and so on, so that a campaign that is stopped has flown about as many of
+/// each. The shards of a campaign hold every trial exactly once, and each about as many of every cell.
 std::vector<Trial> trials_of(const Campaign& campaign, const Selection& selection = {});
 
 /// Why a race was lost.
@@ -71,6 +75,10 @@ struct TrialResult {
   double speed_m_s = 0.0;  ///< the limit
   std::uint64_t seed = 1;
   Failure failure = Failure::kNone;
+  Cause cause = Cause::kNone;
+  double belief_error_m = 0.0;  ///< of the gate's centre before the end of a lost race, see Diagnosis; NaN: none
+  double belief_turn_deg = 0.0;
+  double seen_before_s = 0.0;
   std::string outcome;  ///< the referee's word
   int gates_passed = 0, gates_total = 0;
   double time_s = 0.0;  ///< of the race
@@ -94,7 +102,8 @@ struct TrialResult {
 };
 
 /// @param report  of a race that is over
-TrialResult to_result(const Trial& trial, const simulator::Report& report);
+/// @param trace   what the planner believed; empty: not recorded
+TrialResult to_result(const Trial& trial, const simulator::Report& report, const std::vector<trace::Step>& trace = {});
 
 /// The path, bit by bit: state and time of every sample, and the passes.
 std::uint64_t fingerprint(const simulator::Report& report) noexcept;

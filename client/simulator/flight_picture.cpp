@@ -7,84 +7,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "client/simulator/canvas.h"
+#include "client/simulator/view.h"
 
 namespace gatefield::simulator {
 namespace {
-
-const cv::Scalar kInk(70, 60, 50);
-const cv::Scalar kFaint(236, 232, 228);
-const cv::Scalar kAxis(190, 184, 178);
-const cv::Scalar kFrame(92, 64, 40);
-const cv::Scalar kOpening(110, 170, 60);
-const cv::Scalar kNominal(0, 120, 240);
-const cv::Scalar kClutter(150, 150, 150);
-const cv::Scalar kBad(40, 40, 200);
-const cv::Scalar kGood(70, 140, 30);
-
-/// One view: two of the world's axes on a part of the sheet, at equal scale.
-class View {
- public:
-  View(Canvas* canvas, const Eigen::Vector2d& top_left, const Eigen::Vector2d& size, int across, int up,
-       const Eigen::AlignedBox2d& shown)
-      : canvas_(canvas), across_(across), up_(up) {
-    scale_ = (size.array() / shown.sizes().array()).minCoeff();
-    center_ = shown.center();
-    middle_ = top_left + 0.5 * scale_ * shown.sizes();
-    top_left_ = middle_ - 0.5 * scale_ * shown.sizes();
-    bottom_right_ = middle_ + 0.5 * scale_ * shown.sizes();
-    shown_ = shown;
-  }
-
-  Eigen::Vector2d operator()(const Eigen::Vector3d& p_W) const {
-    return middle_ + scale_ * Eigen::Vector2d(p_W[across_] - center_.x(), center_.y() - p_W[up_]);
-  }
-  double scale() const { return scale_; }
-  bool edge_on(const Eigen::Vector3d& normal_W) const { return std::hypot(normal_W[across_], normal_W[up_]) > 0.9; }
-  Eigen::Vector2d top_left() const { return top_left_; }
-  Eigen::Vector2d bottom_right() const { return bottom_right_; }
-
-  void draw_axes(const std::string& title, const std::string& across, const std::string& up) const {
-    const double across_step = tick_step(shown_.sizes().x(), 12);
-    const double up_step =
-        shown_.sizes().y() > 0.5 * shown_.sizes().x() ? across_step : tick_step(shown_.sizes().y(), 4);
-    for (double v = std::ceil(shown_.min().x() / across_step) * across_step; v <= shown_.max().x() + 1e-9;
-         v += across_step) {
-      const double x = middle_.x() + scale_ * (v - center_.x());
-      canvas_->line({x, top_left_.y()}, {x, bottom_right_.y()}, kFaint, 1);
-      canvas_->text(tick_label(v, across_step), {x, bottom_right_.y() + 20}, 10, kInk, Align::kCenter);
-    }
-    for (double v = std::ceil(shown_.min().y() / up_step) * up_step; v <= shown_.max().y() + 1e-9; v += up_step) {
-      const double y = middle_.y() - scale_ * (v - center_.y());
-      canvas_->line({top_left_.x(), y}, {bottom_right_.x(), y}, kFaint, 1);
-      canvas_->text(tick_label(v, up_step), {top_left_.x() - 8, y + 5}, 10, kInk, Align::kRight);
-    }
-    canvas_->rectangle(top_left_, bottom_right_, kAxis, 1);
-    canvas_->text(title, top_left_ + Eigen::Vector2d(0, -12), 13, kInk, Align::kLeft, true);
-    canvas_->text(across, {middle_.x(), bottom_right_.y() + 44}, 11, kInk, Align::kCenter);
-    canvas_->vertical_text(up, {top_left_.x() - 48, middle_.y()}, 11, kInk);
-  }
-
-  void draw_box(const scene::Box& box, const cv::Scalar& color, double opacity) const {
-    std::vector<cv::Point2f> corners;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-      const Eigen::Vector2d p = (*this)(box.X_WO * box.half_m.cwiseProduct(sign).eval());
-      corners.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
-    }
-    std::vector<cv::Point2f> hull;
-    cv::convexHull(corners, hull);
-    std::vector<Eigen::Vector2d> polygon;
-    for (const auto& p : hull) polygon.emplace_back(p.x, p.y);
-    canvas_->polygon(polygon, color, opacity);
-  }
-
- private:
-  Canvas* canvas_;
-  int across_, up_;
-  double scale_;
-  Eigen::Vector2d center_, middle_, top_left_, bottom_right_;
-  Eigen::AlignedBox2d shown_;
-};
 
 /// What the colours mean: from the speed below which the vehicle hardly ever was up to the top, so that differences
 /// show.
@@ -116,11 +42,6 @@ struct SpeedRange {
   }
 };
 
-/// Nearest point of the flight volume: a vehicle that ran away does not shrink the picture to nothing.
-Eigen::Vector3d inside(const config::Track& track, const Eigen::Vector3d& p_W) {
-  return p_W.cwiseMax(track.flight_volume.min()).cwiseMin(track.flight_volume.max());
-}
-
 void extend(Eigen::AlignedBox3d* box, const scene::World& world) {
   for (const auto& gate : world.gates)
     for (const auto& piece : scene::frame_boxes(gate)) {
@@ -148,52 +69,6 @@ Eigen::AlignedBox3d shown_volume(const config::Scenario& scenario, const scene::
   box.max().array() += 0.8;
   if (world.has_floor) box.min().z() = world.floor_z_m;
   return box;
-}
-
-void draw_world(Canvas* canvas, const View& view, const scene::World& world) {
-  for (const auto& box : world.boxes) view.draw_box(box, kClutter, 0.45);
-  for (const auto& gate : world.gates) {
-    const double c = gate.shape.inner_half_m, outer = gate.shape.outer_half_m;
-    const auto at = [&](double y, double z) { return view(gate.X_WG * Eigen::Vector3d(0, y, z)); };
-    canvas->polygon({at(-c, -c), at(c, -c), at(c, c), at(-c, c)}, kOpening, 0.2);  // where one may pass
-    for (const auto& piece : scene::frame_boxes(gate)) view.draw_box(piece, kFrame, 0.6);
-    if (!view.edge_on(gate.X_WG.linear().col(0))) continue;
-    // Seen from its edge a gate is a line: green where one may pass, thick and dark where one may not.
-    for (const Eigen::Vector2d& side : {Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)}) {
-      const auto along = [&](double r) { return at(r * side.x(), r * side.y()); };
-      if ((along(outer) - along(-outer)).norm() < outer * view.scale()) continue;  // the side that points at the viewer
-      canvas->line(along(-c), along(c), kOpening, 3);
-      canvas->line(along(c), along(outer), kFrame, 6);
-      canvas->line(along(-c), along(-outer), kFrame, 6);
-    }
-  }
-}
-
-void draw_nominal(Canvas* canvas, const View& view, const config::Track& track) {
-  for (const auto& waypoint : track.course.waypoints) {
-    const Eigen::Vector2d p = view(waypoint.p_W);
-    canvas->circle(p, 6, kNominal, 2);
-    canvas->line(p - Eigen::Vector2d(3, 0), p + Eigen::Vector2d(3, 0), kNominal, 1.5);
-    canvas->line(p - Eigen::Vector2d(0, 3), p + Eigen::Vector2d(0, 3), kNominal, 1.5);
-  }
-}
-
-/// Each gate's number, to the right of who passes it.
-void draw_numbers(Canvas* canvas, const View& view, const scene::World& world) {
-  for (std::size_t i = 0; i < world.gates.size(); ++i) {
-    const auto& gate = world.gates[i];
-    const Eigen::Vector3d p_G(0, -gate.shape.outer_half_m - 22 / view.scale(), 0);
-    const Eigen::Vector2d at = view(gate.X_WG * p_G)
-                                   .cwiseMax(view.top_left() + Eigen::Vector2d(14, 14))
-                                   .cwiseMin(view.bottom_right() - Eigen::Vector2d(14, 14));
-    canvas->text(std::to_string(i + 1), at + Eigen::Vector2d(0, 7), 14, kInk, Align::kCenter, true);
-  }
-}
-
-void draw_start(Canvas* canvas, const View& view, const config::Track& track) {
-  const Eigen::Vector2d start = view(track.start_p_WB);
-  canvas->circle(start, 6, {255, 255, 255}, -1);
-  canvas->circle(start, 6, kInk, 2.5);
 }
 
 void draw_path(Canvas* canvas, const View& view, const config::Scenario& scenario, const Report& report,

@@ -17,8 +17,6 @@ namespace {
 
 using protocol::Timing;
 
-/// Simulated clocks do not start at zero, so that a link delay has a past to look into.
-constexpr Stamp kLockstepEpoch = std::chrono::seconds(10);
 constexpr Stamp kSamplePeriod = std::chrono::milliseconds(10);
 constexpr std::chrono::milliseconds kStopPoll{200};  ///< how long an interrupt may wait
 /// In lockstep a server waits for a frame that a state names for a second and then plans without it.

@@ -10,6 +10,9 @@
 
 namespace gatefield::simulator {
 
+/// When a race in lockstep begins: simulated clocks do not start at zero, so that a link delay has a past to look into.
+inline constexpr Stamp kLockstepEpoch = std::chrono::seconds(10);
+
 struct Options {
   protocol::Timing timing = protocol::Timing::kLockstep;
   /// Lockstep: states and frames reach the planner this much later, as over a slow link; its answers then come as late.

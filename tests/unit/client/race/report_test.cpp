@@ -43,6 +43,43 @@ class Reports : public testing::Test {
   std::vector<TrialResult> results_;
 };
 
+TEST(Perceptions, ComparesTheSeedsThatAllHaveFlown) {
+  const Campaign campaign = campaign_of(R"(
+    defaults { scenario: "circle" seeds { first: 1 last: 5 } speed_m_s: 8 }
+    cell { name: "field" }
+    cell { name: "truth" beside: "field" perception: TRUE_POSE }
+    cell { name: "alone" }
+  )");
+  std::vector<TrialResult> results;
+  const auto add = [&](const Cell& cell, std::uint64_t seed, bool won) {
+    results.push_back(result_of({&cell, 8, seed}));
+    results.back().failure = won ? Failure::kNone : Failure::kTargetGate;
+    results.back().cause = won ? Cause::kNone : Cause::kPerceptionWrong;
+    results.back().belief_error_m = 0.5;
+  };
+  //                  seed 1 both won, 2 the field's fault, 3 control's, 4 the truth's bad luck, 5 not flown by both
+  const bool field[] = {true, false, false, true, false}, truth[] = {true, true, false, false};
+  for (std::uint64_t i = 0; i < 5; ++i) add(campaign.cells[0], i + 1, field[i]);
+  for (std::uint64_t i = 0; i < 4; ++i) add(campaign.cells[1], i + 1, truth[i]);
+  add(campaign.cells[2], 1, true);
+
+  const auto table = perception_table(campaign, results);
+  ASSERT_EQ(table.rows.size(), 1u);
+  std::vector<std::string> row;
+  for (const auto& cell : table.rows[0]) row.push_back(cell.text);
+  // cell, speed, seeds, no vision, classical, learned, true pose, lost by perception, lost with both
+  EXPECT_EQ(row[2], "4");
+  EXPECT_EQ(row[5], "50");
+  EXPECT_EQ(row[6], "50");
+  EXPECT_EQ(row[7], "1");
+  EXPECT_EQ(row[8], "1");
+
+  const auto causes = cause_table(campaign, summarize(campaign, results), results);
+  ASSERT_EQ(causes.rows.size(), 2u);
+  EXPECT_EQ(causes.rows[0][3].text, "3");
+  EXPECT_EQ(causes.rows[0][4].text, "3") << "perception wrong";
+}
+
 TEST_F(Reports, CountByCellAndSpeed) {
   const auto lines = summarize(campaign_, results_);
   ASSERT_EQ(lines.size(), 3u);
@@ -92,7 +129,7 @@ TEST_F(Reports, DrawSuccessAgainstWhatTheFigureAsksFor) {
 
 TEST_F(Reports, ListWhatWasLostWithTheLineThatFliesItAgain) {
   const std::string list = failure_list(campaign_, results_);
-  EXPECT_THAT(list, HasSubstr("# a at 6 m/s, seed 6: passed beside: missed gate 2"));
+  EXPECT_THAT(list, HasSubstr("# a at 6 m/s, seed 6: not recorded, passed beside: missed gate 2"));
   EXPECT_THAT(list, HasSubstr("\ngatefield-sim --lockstep --scenario cells/b.txt --seed 6 --speed 7 --profile race "
                               "--laps 1 --delay-ms 40\n"));
   EXPECT_THAT(list, HasSubstr("at (1.00, 6.00, 1.50)"));

@@ -61,7 +61,7 @@ TEST_F(Runner, FliesEachTrialOnceOnAllWorkers) {
 TEST_F(Runner, ATrialWhoseServerDiesIsFlownAgain) {
   std::map<std::string, int> attempts;
   const auto summary = run(flying([&](const Trial& trial, const std::atomic<bool>&) -> Result<Flight> {
-    if (++attempts[trial.name()] == 1 && trial.seed == 7) return Flight{Flight::End::kLost, {}, {}, "killed"};
+    if (++attempts[trial.name()] == 1 && trial.seed == 7) return Flight{Flight::End::kLost, {}, {}, {}, "killed"};
     return FakeFlyer::good(trial);
   }));
   EXPECT_EQ(summary.flown, trials_.size());
@@ -74,7 +74,7 @@ TEST_F(Runner, ATrialWhoseServerDiesIsFlownAgain) {
 
 TEST_F(Runner, ATrialThatNeverFindsAServerIsHandedOverAsSuchAndTheOthersAreFlown) {
   const auto summary = run(flying([](const Trial& trial, const std::atomic<bool>&) -> Result<Flight> {
-    if (trial.seed == 7 && trial.cell->name == "b") return Flight{Flight::End::kLost, {}, {}, "it, too, died"};
+    if (trial.seed == 7 && trial.cell->name == "b") return Flight{Flight::End::kLost, {}, {}, {}, "it, too, died"};
     return FakeFlyer::good(trial);
   }));
   EXPECT_TRUE(summary.error.empty());
@@ -93,7 +93,7 @@ TEST_F(Runner, ATrialThatNeverFindsAServerIsHandedOverAsSuchAndTheOthersAreFlown
 TEST_F(Runner, WhenNobodyFindsAServerTheRunEnds) {
   options_.most_lost_in_a_row = 2;
   const auto summary = run(flying([](const Trial&, const std::atomic<bool>&) -> Result<Flight> {
-    return Flight{Flight::End::kLost, {}, {}, "gone"};
+    return Flight{Flight::End::kLost, {}, {}, {}, "gone"};
   }));
   EXPECT_THAT(summary.error, HasSubstr("2 trials in a row"));
   EXPECT_THAT(summary.error, HasSubstr("gone"));
@@ -124,7 +124,7 @@ TEST_F(Runner, AnInterruptDropsTheFlightsInProgressAndEndsSoon) {
   });
   const auto summary = run(flying([](const Trial&, const std::atomic<bool>& cancel) -> Result<Flight> {
     while (!cancel) std::this_thread::sleep_for(1ms);
-    return Flight{Flight::End::kCancelled, {}, {}, ""};
+    return Flight{Flight::End::kCancelled, {}, {}, {}, ""};
   }));
   person.join();
   EXPECT_TRUE(summary.interrupted);
@@ -139,7 +139,7 @@ TEST_F(Runner, AFlightThatTakesTooLongIsCancelledAndCounted) {
   trials_.resize(1);
   const auto summary = run(flying([](const Trial&, const std::atomic<bool>& cancel) -> Result<Flight> {
     while (!cancel) std::this_thread::sleep_for(1ms);
-    return Flight{Flight::End::kCancelled, {}, {}, ""};
+    return Flight{Flight::End::kCancelled, {}, {}, {}, ""};
   }));
   EXPECT_EQ(summary.lost_attempts, 2u);
   ASSERT_EQ(results_.size(), 1u);
@@ -153,7 +153,7 @@ TEST_F(Runner, AFlightWhoseServerDiedIsCancelled) {
         [tries = 0](const Trial& trial, const std::atomic<bool>& cancel) mutable -> Result<Flight> {
           if (++tries > 1) return FakeFlyer::good(trial);
           while (!cancel) std::this_thread::sleep_for(1ms);
-          return Flight{Flight::End::kLost, {}, {}, "died"};
+          return Flight{Flight::End::kLost, {}, {}, {}, "died"};
         });
     flyer->dead = true;
     return flyer;

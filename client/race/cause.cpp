@@ -1,0 +1,120 @@
+#include "client/race/cause.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "client/simulator/simulation.h"
+
+namespace gatefield::race {
+namespace {
+
+using simulator::Outcome;
+
+double median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The gate that the race was lost at: the one that was touched, else the one that was next.
+int gate_of(const simulator::Report& report) {
+  if (report.outcome == Outcome::kTouchedGate && report.culprit_gate >= 0) return report.culprit_gate;
+  return report.samples.empty() ? -1 : report.samples.back().expected_gate;
+}
+
+/// When that gate was passed in the last lap: a frame touched on the way out is judged by the belief before it.
+double judged_until_s(const simulator::Report& report, int gate) {
+  if (!report.passes.empty() && report.passes.back().gate == gate &&
+      (report.samples.empty() || report.samples.back().expected_gate != gate))
+    return seconds(report.passes.back().time);
+  return report.race_time_s;
+}
+
+}  // namespace
+
+const char* name(Cause cause) noexcept {
+  switch (cause) {
+    case Cause::kNone:
+      return "won";
+    case Cause::kPerceptionWrong:
+      return "perception_wrong";
+    case Cause::kSeenTooLate:
+      return "seen_too_late";
+    case Cause::kReferee:
+      return "referee";
+    case Cause::kControl:
+      return "control";
+    case Cause::kNotRecorded:
+      return "not_recorded";
+  }
+  return "unknown";
+}
+
+const char* words(Cause cause) noexcept {
+  switch (cause) {
+    case Cause::kNone:
+      return "won";
+    case Cause::kPerceptionWrong:
+      return "perception wrong";
+    case Cause::kSeenTooLate:
+      return "seen too late";
+    case Cause::kReferee:
+      return "referee";
+    case Cause::kControl:
+      return "control";
+    case Cause::kNotRecorded:
+      return "not recorded";
+  }
+  return "unknown";
+}
+
+Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Step>& trace, const scene::World& world) {
+  Diagnosis found;
+  if (report.outcome == Outcome::kFinished) return found;
+  found.gate = gate_of(report);
+  if (trace.empty() || found.gate < 0 || found.gate >= static_cast<int>(world.gates.size())) {
+    found.cause = Cause::kNotRecorded;
+    return found;
+  }
+  const Eigen::Isometry3d& X_WG = world.gates[static_cast<std::size_t>(found.gate)].X_WG;
+  const double end_s = judged_until_s(report, found.gate);
+  const double epoch_s = seconds(simulator::kLockstepEpoch);
+
+  std::vector<double> centers_m, axes_rad;
+  double first_seen_s = std::numeric_limits<double>::quiet_NaN();
+  for (const trace::Step& step : trace) {
+    const double t_s = seconds(step.stamp) - epoch_s;
+    if (t_s > end_s) break;
+    const bool ours = static_cast<int>(step.waypoint) == found.gate && !step.hold;
+    if (ours && step.seen && !std::isfinite(first_seen_s)) first_seen_s = t_s;
+    if (t_s < end_s - kJudged_s) continue;
+    if (!ours || !step.seen) continue;
+    centers_m.push_back((step.center_W - X_WG.translation()).norm());
+    axes_rad.push_back(std::acos(std::clamp(std::abs(step.axis_W.dot(X_WG.linear().col(0))), 0.0, 1.0)));
+  }
+  found.center_error_m = median(centers_m);
+  found.axis_error_rad = median(axes_rad);
+  found.seen_before_s = end_s - first_seen_s;
+
+  // Until the gate before is passed it is right to head for that one: only where the last step headed counts.
+  const trace::Step* last = nullptr;
+  for (const trace::Step& step : trace)
+    if (seconds(step.stamp) - epoch_s <= end_s) last = &step;
+  const bool other_gate = last != nullptr && (static_cast<int>(last->waypoint) != found.gate || last->hold);
+  const bool seen = std::isfinite(first_seen_s);
+  const bool wrong = other_gate || found.center_error_m > kWrongCenter_m || found.axis_error_rad > kWrongAxis_rad;
+  if (seen && wrong) {
+    found.cause = Cause::kPerceptionWrong;
+  } else if (!seen || found.seen_before_s < kJudged_s) {
+    found.cause = Cause::kSeenTooLate;
+  } else if (report.outcome == Outcome::kTimeLimit || report.outcome == Outcome::kStalled ||
+             report.outcome == Outcome::kOutOfBounds) {
+    found.cause = Cause::kReferee;
+  } else {
+    found.cause = Cause::kControl;
+  }
+  return found;
+}
+
+}  // namespace gatefield::race
