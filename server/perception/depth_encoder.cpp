@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/dnn.hpp>
 #include <string>
 
+#include "common/base/logging.h"
 #include "common/model/two_look.h"
+#include "server/perception/network.h"
 
 namespace gatefield::perception {
 namespace {
@@ -17,7 +20,7 @@ namespace {
 constexpr double kLookAgain_m = 0.05;
 /// Added to the true error before the logarithm in training, so that zero can be told.
 constexpr float kErrorFloor_m = 0.005f;
-/// How far OpenCV's single precision may be from the bundle's test case, as part of the largest number.
+/// How far single precision may be from the bundle's test case, as part of the largest number.
 constexpr float kSameAnswer = 2e-3f;
 constexpr std::size_t kMaxWords = 300;  ///< letters of OpenCV's explanation
 
@@ -33,19 +36,6 @@ bool same_intrinsics(const CameraModel& a, const CameraModel& b) {
   const auto close = [](double x, double y) { return std::abs(x - y) < 0.05; };  // pixels
   return a.width_px == b.width_px && a.height_px == b.height_px && close(a.fx_px, b.fx_px) && close(a.fy_px, b.fy_px) &&
          close(a.cx_px, b.cx_px) && close(a.cy_px, b.cy_px);
-}
-
-cv::Mat tensor(std::vector<int> shape) { return {std::move(shape), CV_32F, cv::Scalar(0)}; }
-
-std::span<float> numbers(cv::Mat& mat) { return {mat.ptr<float>(), mat.total()}; }
-
-/// Runs a network; empty when OpenCV fails or the output isn't `size` finite numbers.
-std::optional<std::vector<float>> run(cv::dnn::Net* net, std::size_t size) {
-  const cv::Mat out = net->forward();
-  if (out.type() != CV_32F || out.total() != size || !out.isContinuous()) return std::nullopt;
-  std::vector<float> values(out.ptr<float>(), out.ptr<float>() + size);
-  if (!std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); })) return std::nullopt;
-  return values;
 }
 
 /// What OpenCV's explanation comes down to: it goes over several lines, with places in OpenCV's source.
@@ -70,44 +60,49 @@ std::string words_of(const std::exception& error) {
   return (type.empty() ? "it: " : "node '" + name + "' (" + type + "): ") + text;
 }
 
-/// Loads a network of the bundle, and lets it compute the bundle's test case: OpenCV reads some graphs in its own way.
-Result<cv::dnn::Net> load(const model::Bundle& bundle, const std::string& name) {
-  const auto wrong = [&](const std::string& what) { return Error{(bundle.folder() / name).string() + ": " + what}; };
+class OpenCvNetwork final : public Network {
+ public:
+  OpenCvNetwork(cv::dnn::Net net, const model::Network& network) : net_(std::move(net)) {
+    for (const model::NetworkTensor& input : network.inputs)
+      blobs_.emplace(input.name, cv::Mat(input.shape, CV_32F, cv::Scalar(0)));
+  }
+  std::span<float> input(const std::string& name) override {
+    cv::Mat& blob = blobs_.at(name);
+    return {blob.ptr<float>(), blob.total()};
+  }
+  std::optional<std::vector<float>> run(std::size_t size) override {
+    for (const auto& [name, blob] : blobs_) net_.setInput(blob, name);
+    const cv::Mat out = net_.forward();
+    if (out.type() != CV_32F || out.total() != size || !out.isContinuous()) return std::nullopt;
+    std::vector<float> values(out.ptr<float>(), out.ptr<float>() + size);
+    if (!std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); })) return std::nullopt;
+    return values;
+  }
+
+ private:
+  cv::dnn::Net net_;
+  std::map<std::string, cv::Mat> blobs_;
+};
+
+/// A network of the bundle by the fastest means that gives the bundle's test case.
+Result<std::unique_ptr<Network>> load(const model::Bundle& bundle, const std::string& name) {
+  const std::string file = (bundle.folder() / name).string();
   const auto& networks = bundle.networks();
   const auto network =
       std::find_if(networks.begin(), networks.end(), [&](const model::Network& n) { return n.file == name; });
-  if (network == networks.end()) return wrong("is not part of the bundle");
-  cv::dnn::Net net;
+  if (network == networks.end()) return Error{file + ": is not part of the bundle"};
+  auto fast = onednn_network(*network);
+  std::string why_not = fast ? disagreement(*fast.value(), *network) : fast.error();
+  if (fast && why_not.empty()) return fast;
+  if (onednn_built_in()) log::info(file + ": runs through OpenCV, since " + why_not);
+  auto other = opencv_network(*network);
+  if (!other) return Error{file + ": " + other.error()};
   try {
-    net = cv::dnn::readNetFromONNX(network->bytes->data(), network->bytes->size());
-    net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-    net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-    for (const model::NetworkTensor& input : network->inputs) {
-      cv::Mat blob = tensor(input.shape);
-      std::copy(input.values.begin(), input.values.end(), numbers(blob).begin());
-      net.setInput(blob, input.name);
-    }
+    if (why_not = disagreement(*other.value(), *network); !why_not.empty()) return Error{file + ": OpenCV " + why_not};
   } catch (const std::exception& error) {
-    return wrong("OpenCV can't load " + words_of(error));
+    return Error{file + ": OpenCV can't run " + words_of(error)};
   }
-  const std::vector<float>& expected = network->output.values;
-  std::optional<std::vector<float>> answer;
-  try {
-    answer = run(&net, expected.size());
-  } catch (const std::exception& error) {
-    return wrong("OpenCV can't run " + words_of(error));
-  }
-  if (!answer) return wrong("OpenCV doesn't give " + std::to_string(expected.size()) + " finite numbers for it");
-  float largest = 1.0f;
-  for (const float value : expected) largest = std::max(largest, std::abs(value));
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    if (std::abs((*answer)[i] - expected[i]) > kSameAnswer * largest) {
-      return wrong("OpenCV computes something else than the file says: " + std::to_string((*answer)[i]) +
-                   " as element " + std::to_string(i) + " of '" + network->output.name + "', expected " +
-                   std::to_string(expected[i]) + "; write the network with other operators or another opset_version");
-    }
-  }
-  return net;
+  return other;
 }
 
 float sigmoid(float x) { return 1.0f / (1.0f + std::exp(-x)); }
@@ -164,16 +159,16 @@ class EncoderBase : public DepthEncoder {
 
 class TwoLookEncoder final : public EncoderBase {
  public:
-  TwoLookEncoder(const model::Manifest& manifest, cv::dnn::Net first, cv::dnn::Net second)
+  TwoLookEncoder(const model::Manifest& manifest, std::unique_ptr<Network> first, std::unique_ptr<Network> second)
       : EncoderBase(manifest),
         shape_(model::look_shape(camera_.width_px, camera_.height_px)),
         crop_{manifest_.crop_half_width_m, manifest_.crop_size_px},
         first_(std::move(first)),
         second_(std::move(second)),
-        input_(tensor({1, model::kLookChannels, shape_.height, shape_.width})),
-        anchors_(tensor({1, model::kAnchorChannels, shape_.anchor_height(), shape_.anchor_width()})),
-        cut_(tensor({1, model::kCropChannels, crop_.size, crop_.size})),
-        context_(tensor({1, model::kCropContext})) {}
+        input_(first_->input("input")),
+        anchors_(first_->input("anchors")),
+        cut_(second_->input("crop")),
+        context_(second_->input("context")) {}
 
  protected:
   std::optional<Encoding> encode_image(const std::optional<Eigen::Vector3d>& prior_C) override {
@@ -181,7 +176,7 @@ class TwoLookEncoder final : public EncoderBase {
     if (prior_C.has_value()) {
       center_C = *prior_C;
     } else {
-      model::first_look_input(image_, camera_, numbers(input_), numbers(anchors_));
+      model::first_look_input(image_, camera_, input_, anchors_);
       const auto seen = look_at_image();
       if (!seen) return std::nullopt;
       center_C = *seen;
@@ -213,44 +208,33 @@ class TwoLookEncoder final : public EncoderBase {
   }
 
   std::optional<Eigen::Vector3d> look_at_image() {
-    first_.setInput(input_, "input");
-    first_.setInput(anchors_, "anchors");
-    const auto center = run(&first_, 3);
+    const auto center = first_->run(3);
     if (!center) return std::nullopt;
     return Eigen::Vector3d((*center)[0], (*center)[1], (*center)[2]);
   }
 
   std::optional<std::vector<float>> look_around(const Eigen::Vector3d& center_C) {
     if (!center_C.allFinite() || center_C.z() < model::kCropMinDepth_m || center_C.norm() > 1e3) return std::nullopt;
-    if (model::crop_input(image_, camera_, crop_, center_C, numbers(cut_), numbers(context_)) == 0) return std::nullopt;
-    return run_second();
-  }
-
-  std::optional<std::vector<float>> run_second() {
-    second_.setInput(cut_, "crop");
-    second_.setInput(context_, "context");
-    return run(&second_, static_cast<std::size_t>(manifest_.latent_size) + 2);
+    if (model::crop_input(image_, camera_, crop_, center_C, cut_, context_) == 0) return std::nullopt;
+    return second_->run(static_cast<std::size_t>(manifest_.latent_size) + 2);
   }
 
   model::LookShape shape_;
   model::CropShape crop_;
-  cv::dnn::Net first_;
-  cv::dnn::Net second_;
-  cv::Mat input_;
-  cv::Mat anchors_;
-  cv::Mat cut_;
-  cv::Mat context_;
+  std::unique_ptr<Network> first_;
+  std::unique_ptr<Network> second_;
+  std::span<float> input_, anchors_, cut_, context_;
 };
 
 /// One look at the whole image; a prior can't steer it.
 class PlainEncoder final : public EncoderBase {
  public:
-  PlainEncoder(const model::Manifest& manifest, cv::dnn::Net net)
-      : EncoderBase(manifest), net_(std::move(net)), input_(tensor({1, 2, camera_.height_px, camera_.width_px})) {}
+  PlainEncoder(const model::Manifest& manifest, std::unique_ptr<Network> net)
+      : EncoderBase(manifest), net_(std::move(net)), input_(net_->input("image")) {}
 
  protected:
   std::optional<Encoding> encode_image(const std::optional<Eigen::Vector3d>&) override {
-    model::plain_input(image_, numbers(input_));
+    model::plain_input(image_, input_);
     const auto code = look();
     if (!code) return std::nullopt;
     const auto z_n = static_cast<std::size_t>(manifest_.latent_size);
@@ -259,29 +243,55 @@ class PlainEncoder final : public EncoderBase {
   }
 
  private:
-  std::optional<std::vector<float>> look() {
-    net_.setInput(input_, "image");
-    return run(&net_, static_cast<std::size_t>(manifest_.latent_size) + 2);
-  }
+  std::optional<std::vector<float>> look() { return net_->run(static_cast<std::size_t>(manifest_.latent_size) + 2); }
 
-  cv::dnn::Net net_;
-  cv::Mat input_;
+  std::unique_ptr<Network> net_;
+  std::span<float> input_;
 };
 
 }  // namespace
 
-Result<std::unique_ptr<DepthEncoder>> DepthEncoder::create(const model::Bundle& bundle) {
+Result<std::unique_ptr<Network>> opencv_network(const model::Network& network) {
   try {
     cv::setNumThreads(1);  // the perception thread has one core; a pool of OpenCV's own would take the planner's
+    cv::dnn::Net net = cv::dnn::readNetFromONNX(network.bytes->data(), network.bytes->size());
+    net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
+    net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+    return std::unique_ptr<Network>(new OpenCvNetwork(std::move(net), network));
+  } catch (const std::exception& error) {
+    return Error{"OpenCV can't load " + words_of(error)};
+  }
+}
+
+std::string disagreement(Network& candidate, const model::Network& network) {
+  for (const model::NetworkTensor& input : network.inputs)
+    std::copy(input.values.begin(), input.values.end(), candidate.input(input.name).begin());
+  const std::vector<float>& expected = network.output.values;
+  const auto answer = candidate.run(expected.size());
+  if (!answer) return "doesn't give " + std::to_string(expected.size()) + " finite numbers for it";
+  float largest = 1.0f;
+  for (const float value : expected) largest = std::max(largest, std::abs(value));
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    if (std::abs((*answer)[i] - expected[i]) > kSameAnswer * largest) {
+      return "computes something else than the file says: " + std::to_string((*answer)[i]) + " as element " +
+             std::to_string(i) + " of '" + network.output.name + "', expected " + std::to_string(expected[i]) +
+             "; write the network with other operators or another opset_version";
+    }
+  }
+  return "";
+}
+
+Result<std::unique_ptr<DepthEncoder>> DepthEncoder::create(const model::Bundle& bundle) {
+  try {
     if (bundle.manifest().encoder_kind == "two_look") {
-      Result<cv::dnn::Net> first = load(bundle, "look1.onnx");
+      auto first = load(bundle, "look1.onnx");
       if (!first) return Error{first.error()};
-      Result<cv::dnn::Net> second = load(bundle, "look2.onnx");
+      auto second = load(bundle, "look2.onnx");
       if (!second) return Error{second.error()};
       return std::unique_ptr<DepthEncoder>(
           new TwoLookEncoder(bundle.manifest(), std::move(first).value(), std::move(second).value()));
     }
-    Result<cv::dnn::Net> net = load(bundle, "encoder.onnx");
+    auto net = load(bundle, "encoder.onnx");
     if (!net) return Error{net.error()};
     return std::unique_ptr<DepthEncoder>(new PlainEncoder(bundle.manifest(), std::move(net).value()));
   } catch (const std::exception& error) {

@@ -21,10 +21,10 @@ struct Encoding {
   float predicted_error_m = 0.0f;  ///< the network's own guess of its mean field error around the gate
 };
 
-/// Depth image to latent (paper, E_theta), through OpenCV dnn. Two-look networks (docs/training.md) look at the whole
-/// image for a coarse centre, then at a crop around it; a prior from the gate memory or the course replaces the first
-/// look. Thread-safe: no, one instance per worker.   Real-time safe: bounded, but allocates inside OpenCV: runs on the
-/// perception thread.
+/// Depth image to latent (paper, E_theta), through oneDNN where it has the network's operators (the shipped models')
+/// and else through OpenCV dnn, which the log says. Two-look networks (docs/training.md) look at the whole image for a
+/// coarse centre, then at a crop around it; a prior from the gate memory or the course replaces the first look.
+/// Thread-safe: no, one instance per worker.   Real-time safe: bounded, but allocates: runs on the perception thread.
 class DepthEncoder {
  public:
   /// Errors: OpenCV can't load or run a network of the bundle, or gives something else than the bundle's test case.

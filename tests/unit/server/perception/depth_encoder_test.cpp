@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "common/geometry/gate.h"
+#include "server/perception/network.h"
 
 namespace gatefield::perception {
 namespace {
@@ -48,6 +49,33 @@ class ShippedEncoder : public testing::Test {
   int latent_size_ = 0;
   double threshold_ = 0.0;
 };
+
+TEST(ShippedNetworks, RunThroughOneDnnAndOpenCvAlike) {
+  for (const char* name : {"race", "paper"}) {
+    const auto bundle = model::Bundle::read(fs::path(GATEFIELD_SOURCE_DIR) / "deploy/models" / name);
+    ASSERT_TRUE(bundle.ok()) << bundle.error();
+    for (const model::Network& network : bundle->networks()) {
+      const auto opencv = opencv_network(network);
+      ASSERT_TRUE(opencv.ok()) << opencv.error();
+      EXPECT_EQ(disagreement(**opencv, network), "") << network.file;
+      const auto onednn = onednn_network(network);
+      if (!onednn_built_in()) {
+        EXPECT_FALSE(onednn.ok());
+        continue;
+      }
+      ASSERT_TRUE(onednn.ok()) << network.file << ": " << onednn.error();
+      EXPECT_EQ(disagreement(**onednn, network), "") << network.file;
+      // Again, with other numbers: nothing of the first run is left, and both still agree.
+      for (const model::NetworkTensor& input : network.inputs) {
+        for (std::size_t i = 0; i < input.values.size(); ++i)
+          (*onednn)->input(input.name)[i] = (*opencv)->input(input.name)[i] = input.values[input.values.size() - 1 - i];
+      }
+      const auto a = (*onednn)->run(network.output.values.size()), b = (*opencv)->run(network.output.values.size());
+      ASSERT_TRUE(a.has_value() && b.has_value());
+      for (std::size_t i = 0; i < a->size(); ++i) EXPECT_NEAR((*a)[i], (*b)[i], 2e-3 * (1.0 + std::abs((*b)[i])));
+    }
+  }
+}
 
 TEST_F(ShippedEncoder, FindsAGateWithoutAPrior) {
   const Eigen::Vector3d center_C(0.3, -0.1, 3.0);
