@@ -143,6 +143,34 @@ TEST_F(Campaign, ShardsOfTwoRunsMergeAndAServerOnTheNetworkFliesThem) {
   EXPECT_TRUE(std::filesystem::exists(out("all") / "report/table.md"));
 }
 
+TEST_F(Campaign, BaselinesFlyBesideTheFieldAndLostRacesHaveACause) {
+  std::ofstream(folder_ / "beside.txt") << R"(
+    defaults { scenario: "circle" perturbation { position_m: 0.8 height_m: 0 } laps: 1 seeds { first: 1 last: 1 } }
+    cell { name: "field" speed_m_s: 6 rollouts: true }
+    cell { name: "truth" beside: "field" perception: TRUE_POSE }
+    cell { name: "blind" beside: "field" perception: NONE }
+  )";
+  Process program =
+      race("beside.log", {"run", (folder_ / "beside.txt").string(), "--out", out("beside").string(), "--workers", "1"});
+  ASSERT_EQ(program.wait(150s).value_or(-1), 0) << program.output();
+  EXPECT_THAT(program.output(), HasSubstr("Perceptions beside each other"));
+  std::map<std::string, race::TrialResult> by_cell;
+  for (const race::TrialResult& result : results("beside")) by_cell[result.cell] = result;
+  ASSERT_EQ(by_cell.size(), 3u);
+  EXPECT_TRUE(by_cell["truth"].won()) << by_cell["truth"].sentence;
+  EXPECT_FALSE(by_cell["blind"].won()) << "the gates stand 0.8 m beside their waypoints";
+  EXPECT_EQ(by_cell["blind"].cause, race::Cause::kSeenTooLate) << race::name(by_cell["blind"].cause);
+  for (const char* file : {"failures/blind-6-1-end.png", "rollouts/field-6-1-all.png",
+                           "rollouts/field-6-1-approach.png", "report/causes.md", "report/perceptions.csv"})
+    EXPECT_TRUE(std::filesystem::exists(out("beside") / file)) << file;
+  EXPECT_TRUE(std::filesystem::is_empty(out("beside") / "traces")) << "traces are read and gone";
+
+  Process refused = race("net.log", {"run", (folder_ / "beside.txt").string(), "--out", out("net").string(), "--server",
+                                     "pit", "--domain", std::to_string(own_domain())});
+  EXPECT_EQ(refused.wait(20s).value_or(-1), 2);
+  EXPECT_THAT(refused.output(), HasSubstr("cell 'truth': perception is TRUE_POSE, expected LEARNED"));
+}
+
 TEST_F(Campaign, BadInputIsSaidBeforeAnythingStarts) {
   const auto refused = [this](const std::vector<std::string>& arguments) {
     Process program = race("refused.log", arguments);

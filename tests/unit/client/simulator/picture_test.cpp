@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
+#include "client/simulator/belief_picture.h"
 #include "client/simulator/canvas.h"
 #include "client/simulator/depth_picture.h"
 #include "client/simulator/flight_picture.h"
@@ -100,6 +101,48 @@ TEST_F(Outputs, SeveralFlightsShareAPicture) {
   EXPECT_GT(colors_in(alone), 200u);
   EXPECT_GT(cv::countNonZero(difference.reshape(1)), 1000) << "the second flight's gates leave no trace";
   EXPECT_TRUE(write_flights_picture(file, *scenario_, {}, "none", "").ok());
+}
+
+TEST_F(Outputs, RolloutsAreDrawnRedWhereTheFieldSaysCollisionAndGreenWhereFree) {
+  const auto world = config::perturbed_world(scenario_->track, scenario_->perturbation, scenario_->seed);
+  std::vector<trace::Step> trace;
+  for (std::size_t i = 0; i < 100 && i < report_->samples.size(); i += 5) {
+    trace::Step step;
+    step.stamp = kLockstepEpoch + from_seconds(report_->samples[i].t_s);
+    step.p_W = report_->samples[i].state.p_WB;
+    step.center_W = world.gates[0].X_WG.translation();
+    step.axis_W = world.gates[0].X_WG.linear().col(0);
+    step.seen = true;
+    for (const double side : {-1.0, 1.0}) {
+      trace::Rollout rollout;
+      for (int k = 1; k <= 10; ++k) {
+        rollout.p_W.push_back(step.p_W + 0.1 * k * Eigen::Vector3d(side, 0.3, 0));
+        rollout.field_m.push_back(side);
+      }
+      step.rollouts.push_back(rollout);
+    }
+    trace.push_back(step);
+  }
+  const auto count = [&](const std::string& name) {
+    const cv::Mat picture = cv::imread((folder_ / name).string());
+    std::pair<int, int> pixels;
+    for (int v = 0; v < picture.rows; ++v)
+      for (int u = 0; u < picture.cols * 9 / 10; ++u) {  // not the colour bar
+        const auto& p = picture.at<cv::Vec3b>(v, u);
+        pixels.first += p[2] > 150 && p[1] < 100 && p[0] < 100;
+        pixels.second += p[1] > 90 && p[2] < 90 && p[0] < 60;
+      }
+    return pixels;
+  };
+  for (const auto& [name, write] :
+       {std::pair("all.png", &write_rollouts_picture), std::pair("approach.png", &write_approach_picture)}) {
+    ASSERT_TRUE(write(folder_ / name, *scenario_, *report_, trace, "Title", "subtitle").ok());
+    EXPECT_GT(count(name).first, 50) << name;
+    EXPECT_GT(count(name).second, 50) << name;
+  }
+  ASSERT_TRUE(write_end_picture(folder_ / "end.png", *scenario_, *report_, trace, 0, "Title", "subtitle").ok());
+  EXPECT_GT(colors_in(cv::imread((folder_ / "end.png").string())), 20u);
+  EXPECT_FALSE(write_end_picture("/proc/nowhere/x.png", *scenario_, *report_, {}, -1, "", "").ok());
 }
 
 TEST_F(Outputs, TheDepthPictureIsNotBlank) {
