@@ -53,6 +53,23 @@ enum class Known : std::uint8_t {
 
 namespace mppi {
 
+/// White samples to ones of the same spread of which each remembers the step before it:
+/// e_k = rho e_(k-1) + sqrt(1 - rho^2) n_k around the mean.
+GATEFIELD_MULTIVERSION void correlate(const float* mean, float keep, float fresh, int steps, int stride,
+                                      float* inputs) noexcept {
+  const int rows = kernels::kInputs;
+  for (int i = rows; i < steps * rows; ++i) {
+    float* here = inputs + i * stride;
+    const float* before = here - rows * stride;
+    for (int m = 0; m < stride; ++m)
+      here[m] = mean[i] + keep * (before[m] - mean[i - rows]) + fresh * (here[m] - mean[i]);
+  }
+}
+
+GATEFIELD_MULTIVERSION void add(float value, int count, float* to) noexcept {
+  for (int i = 0; i < count; ++i) to[i] += value;
+}
+
 GATEFIELD_MULTIVERSION void gather(const float* from, const int* at, int count, float* to) noexcept {
   for (int i = 0; i < count; ++i) to[i] = from[at[i]];
 }
@@ -118,6 +135,7 @@ class Mppi final : public Planner {
   bool fields_wanted() const noexcept { return profile_.field_weight > 0 || profile_.crossing_weight > 0; }
 
   RolloutBatch roll_out(const PlanInput& input, int block, Workspace& work) noexcept;
+  void add_disturbance(const Eigen::Vector3d& a_W, const RolloutBatch& batch) const noexcept;
   void weigh_whole(const PlanInput& input, const PlanContext& context, int block, RolloutBatch batch, Workspace& work,
                    float* cost) noexcept;
   void weigh_without_field(const PlanInput& input, const PlanContext& context, int block) noexcept;
@@ -232,6 +250,19 @@ PlanContext Mppi::context(const PlanInput& input) noexcept {
   return context;
 }
 
+/// What a constant acceleration beyond the model does to positions and velocities; that drag then differs is left out.
+void Mppi::add_disturbance(const Eigen::Vector3d& a_W, const RolloutBatch& batch) const noexcept {
+  if (a_W.isZero(0.0)) return;
+  for (int k = 0; k < batch.steps; ++k) {
+    const double t_s = (k + 1) * profile_.step_s;
+    for (int axis = 0; axis < 3; ++axis) {
+      mppi::add(static_cast<float>(0.5 * t_s * t_s * a_W[axis]), batch.stride,
+                batch.states.row(k, kernels::kPx + axis));
+      mppi::add(static_cast<float>(t_s * a_W[axis]), batch.stride, batch.states.row(k, kernels::kVx + axis));
+    }
+  }
+}
+
 /// Samples and states of one block.
 RolloutBatch Mppi::roll_out(const PlanInput& input, int block, Workspace& work) noexcept {
   const kernels::SampleBlock inputs = inputs_of(block);
@@ -241,7 +272,12 @@ RolloutBatch Mppi::roll_out(const PlanInput& input, int block, Workspace& work) 
   batch.samples = inputs.samples;
   batch.stride = kBlock;
   kernels::sample(noise_, seed_, input.step, block * kBlock, flat_mean_.data(), inputs);
+  if (profile_.noise_correlation > 0) {
+    const auto keep = static_cast<float>(profile_.noise_correlation);
+    mppi::correlate(flat_mean_.data(), keep, std::sqrt(1.0f - keep * keep), profile_.steps, kBlock, inputs.data);
+  }
   kernels::rollout(model_, input.start, profile_.step_s, inputs, batch.states);
+  add_disturbance(input.disturbance_W_m_s2, batch);
   return batch;
 }
 
@@ -476,6 +512,8 @@ void Mppi::predict(const PlanInput& input, Plan* plan) const noexcept {
   for (std::size_t k = 0; k < steps; ++k) {
     const Eigen::Vector4d before = state.thrust_command_n;
     state = step_planner(model_, state, mean_[k], profile_.step_s);
+    state.p_WB += 0.5 * profile_.step_s * profile_.step_s * input.disturbance_W_m_s2;
+    state.v_WB += profile_.step_s * input.disturbance_W_m_s2;
     plan->thrust_rate_n_s[k] = (state.thrust_command_n - before) / profile_.step_s;
     plan->state[k] = state;
     x[k] = static_cast<float>(state.p_WB.x());

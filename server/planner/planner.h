@@ -34,6 +34,7 @@ struct PlanInput {
   GateBelief target;       ///< the gate to pass now
   GateBelief next;         ///< the one after it
   bool has_next = false;
+  Eigen::Vector3d disturbance_W_m_s2 = Eigen::Vector3d::Zero();  ///< acceleration beyond the model's, over the horizon
   GateBelief left;  ///< the gate passed last, without its field: its frame may still be in the way
   bool has_left = false;
   bool hold = false;             ///< course done: stay near target.center_W instead of passing it

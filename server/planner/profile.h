@@ -24,6 +24,10 @@ struct Profile {
   double control_rate_hz = 100;                       ///< plans a second, 5 to 500
   double thrust_rate_limit_n_s = 30.0;                ///< per rotor; the vehicle's own limit holds as well
   std::array<double, 4> noise_sigma_n_s{3, 3, 3, 9};  ///< collective, roll, pitch, yaw in mixer space
+  double noise_correlation = 0.0;  ///< between neighbouring steps; 0: white. The spread of each step stays the same
+
+  // Model
+  double disturbance_time_s = 0.4;  ///< over which the acceleration beyond the model is averaged; 0: not estimated
 
   // Temperature: fixed when target_effective_fraction is 0, else found each step so that 1 / sum w^2 is this part of M
   double temperature = 1.0;

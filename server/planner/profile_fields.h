@@ -37,6 +37,8 @@ inline constexpr NumberField kNumberFields[] = {
     {"step_s", &Profile::step_s, 0.005, 0.2},
     {"control_rate_hz", &Profile::control_rate_hz, 5, 500},
     {"thrust_rate_limit_n_s", &Profile::thrust_rate_limit_n_s, 0.1, 1e5},
+    {"noise_correlation", &Profile::noise_correlation, 0, 0.95},
+    {"disturbance_time_s", &Profile::disturbance_time_s, 0, 10},
     {"temperature", &Profile::temperature, 1e-6, 1e6},
     {"target_effective_fraction", &Profile::target_effective_fraction, 0, 1},
     {"temperature_min", &Profile::temperature_min, 1e-6, 1e6},

@@ -38,11 +38,14 @@ void InputTimeline::begin_at(Stamp from) noexcept {
 }
 
 void predict(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
-             QuadrotorState* state) noexcept {
+             const Eigen::Vector3d& disturbance_W_m_s2, QuadrotorState* state) noexcept {
   inputs.visit(from, to, [&](const ThrustRates& rates, Stamp begin, Stamp end) {
     while (begin < end) {
       const Stamp dt = std::min<Stamp>(end - begin, kLongestStep);
-      *state = step_reference(model, *state, rates, seconds(dt));
+      const double dt_s = seconds(dt);
+      *state = step_reference(model, *state, rates, dt_s);
+      state->p_WB += 0.5 * dt_s * dt_s * disturbance_W_m_s2;
+      state->v_WB += dt_s * disturbance_W_m_s2;
       begin += dt;
     }
   });

@@ -69,9 +69,10 @@ class InputTimeline {
 
 /// Moves a state from one stamp to another through what was sent, in steps of at most 10 ms of the reference dynamics
 /// (step_reference), so that the prediction's own error is far below the model's.
+/// @param disturbance_W_m_s2  acceleration beyond the model's, constant meanwhile
 /// Thread-safe: yes.   Real-time safe: yes (bounded: one step per 10 ms and per piece).
 void predict(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
-             QuadrotorState* state) noexcept;
+             const Eigen::Vector3d& disturbance_W_m_s2, QuadrotorState* state) noexcept;
 
 /// The same for the rotors alone: thrust_n and thrust_command_n, for vehicles that can't measure their thrust.
 void predict_rotors(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,

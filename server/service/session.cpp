@@ -53,7 +53,8 @@ Session::Session(SessionParts parts)
       sight_(request_.camera, request_.course, std::move(parts.memory), parts.sight),
       planner_(std::move(parts.planner)),
       progress_(request_.course),
-      ahead_(request_.course) {
+      ahead_(request_.course),
+      disturbance_(planner_->profile().disturbance_time_s) {
   target_.store(pack(progress_.target(), progress_.next()), std::memory_order_relaxed);
   command_.vehicle = request_.vehicle;
   command_.session = id_;
@@ -321,11 +322,25 @@ void Session::take_in(const StateSample& sample) noexcept {
     delay_known_ = true;
     delay_.round_trip(sample.round_trip);
   }
+  watch_disturbance(sample);
   const planner::GateBelief target = belief(progress_.target());
   if (progress_.update(sample.state.p_WB, target)) {
     leave(target);
     publish_target();
   }
+}
+
+void Session::watch_disturbance(const StateSample& sample) noexcept {
+  if (!disturbance_.wanted()) return;
+  const Stamp dt = sample.stamp - measured_stamp_;
+  if (measured_stamp_ >= Stamp{0} && dt > Stamp{0} && dt <= Disturbance::kLongestGap) {
+    predict(request_.quadrotor, inputs_, measured_stamp_, sample.stamp, Eigen::Vector3d::Zero(), &measured_);
+    disturbance_.observe(sample.state.v_WB - measured_.v_WB, dt);
+  }
+  measured_ = sample.state;
+  measured_.thrust_n = rotors_.thrust_n;
+  measured_.thrust_command_n = rotors_.thrust_command_n;
+  measured_stamp_ = sample.stamp;
 }
 
 void Session::leave(const planner::GateBelief& gate) noexcept {
@@ -375,7 +390,8 @@ Session::Answer Session::step(Stamp now) noexcept {
   input.start = newest_.state;
   input.start.thrust_n = rotors_.thrust_n;
   input.start.thrust_command_n = rotors_.thrust_command_n;
-  predict(request_.quadrotor, inputs_, newest_.stamp, plan_start, &input.start);
+  input.disturbance_W_m_s2 = disturbance_.acceleration_W_m_s2();
+  predict(request_.quadrotor, inputs_, newest_.stamp, plan_start, input.disturbance_W_m_s2, &input.start);
 
   // Between now and the plan's start the vehicle may fly through the gate: then the plan is for the gate after it. Only
   // what was measured counts as passed, though.

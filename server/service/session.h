@@ -14,6 +14,7 @@
 #include "server/perception/gate_memory.h"
 #include "server/planner/course_progress.h"
 #include "server/planner/planner.h"
+#include "server/service/disturbance.h"
 #include "server/service/predictor.h"
 #include "server/service/sight.h"
 #include "server/service/state_history.h"
@@ -139,6 +140,7 @@ class Session {
   double age_of(std::uint32_t waypoint, Stamp at) const noexcept;
   const perception::RememberedGate* remembered(std::uint32_t waypoint) const noexcept;
   void take_in(const StateSample& sample) noexcept;
+  void watch_disturbance(const StateSample& sample) noexcept;
   void leave(const planner::GateBelief& gate) noexcept;
   Withheld fill_command(Stamp plan_start, const planner::Plan& plan) noexcept;
 
@@ -201,6 +203,9 @@ class Session {
   Stamp first_stamp_{0};
   InputTimeline inputs_;
   DelayEstimate delay_;
+  Disturbance disturbance_;
+  QuadrotorState measured_;  // the last state taken in, with its rotors
+  Stamp measured_stamp_{-1};
   bool delay_known_ = false;
   planner::GateBelief left_;  // the gate passed last, without its field
   bool have_left_ = false;

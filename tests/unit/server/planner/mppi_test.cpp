@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "server/planner/planner.h"
+#include "server/planner/rollout_batch.h"
 #include "tests/support/allocation_trap.h"
 #include "tests/support/analytic_field.h"
 #include "tests/support/crew_threads.h"
@@ -103,6 +104,58 @@ TEST(Mppi, TheSameSeedGivesTheSameBitsAndAnotherOneDoesNot) {
   };
   EXPECT_EQ(run(7), run(7));
   EXPECT_NE(run(7), run(8));
+}
+
+/// Where the rollouts of a step end.
+class Watcher final : public RolloutObserver {
+ public:
+  void see(const RolloutBatch& batch, int) noexcept override {
+    for (int m = 0; m < batch.samples; ++m) {
+      last_x.push_back(batch.states.row(batch.steps - 1, kernels::kPx)[m]);
+      last_z.push_back(batch.states.row(batch.steps - 1, kernels::kPz)[m]);
+    }
+  }
+  std::vector<float> last_x, last_z;
+};
+
+TEST(Mppi, ADisturbanceMovesRolloutsAndPlanAlike) {
+  Profile profile = small_profile();
+  profile.noise_sigma_n_s = {0, 0, 0, 0};
+  PlanInput input = towards(upright_gate({50, 0, 1.5}, 0), nullptr, hovering_at({0, 0, 1.5}));
+  input.disturbance_W_m_s2 = {2.0, 0, 0};
+  Watcher watcher;
+  input.observer = &watcher;
+  Plan plan;
+  make(profile)->plan(input, &plan);
+  const double horizon_s = profile.steps * profile.step_s;
+  ASSERT_FALSE(watcher.last_x.empty());
+  EXPECT_NEAR(watcher.last_x.front(), horizon_s * horizon_s, 1e-3);
+  EXPECT_NEAR(plan.state[19].p_WB.x(), horizon_s * horizon_s, 0.06);  // drag included
+  EXPECT_NEAR(plan.state[19].v_WB.x(), 2.0 * horizon_s, 0.1);
+}
+
+TEST(Mppi, CorrelatedNoiseReachesFartherAndStillFliesThrough) {
+  const Eigen::Isometry3d X_WG = upright_gate({5, 0.6, 1.8}, 0.5);
+  const AnalyticField field(X_WG);
+  const auto reach = [&](double correlation) {
+    Profile profile = small_profile();
+    profile.noise_sigma_n_s = {3, 0, 0, 0};  // up and down only
+    profile.noise_correlation = correlation;
+    PlanInput input = towards(X_WG, &field, hovering_at({0, 0, 1.5}));
+    Watcher watcher;
+    input.observer = &watcher;
+    Plan plan;
+    make(profile)->plan(input, &plan);
+    double sum = 0.0;
+    for (const float z : watcher.last_z) sum += (z - 1.5) * (z - 1.5);
+    return std::sqrt(sum / static_cast<double>(watcher.last_z.size()));
+  };
+  EXPECT_GT(reach(0.8), 1.4 * reach(0.0));
+  Profile profile = small_profile();
+  profile.noise_correlation = 0.5;
+  const Eigen::Vector3d crossing_G = fly_through(*make(profile), X_WG, &field, hovering_at({0, 0, 1.5}));
+  EXPECT_GE(crossing_G.x(), 0.0);
+  EXPECT_LT(std::max(std::abs(crossing_G.y()), std::abs(crossing_G.z())), 0.5 - 0.13);
 }
 
 TEST(Mppi, HoldStaysAtThePoint) {
