@@ -1,0 +1,259 @@
+// A planner's whole step on inputs of a recorded flight, and many vehicles on one pool of control threads.
+
+#include <benchmark/benchmark.h>
+#include <time.h>
+
+#include <algorithm>
+#include <iostream>
+#include <map>
+#include <thread>
+
+#include "server/kernels/isa.h"
+#include "server/planner/profile_file.h"
+#include "server/service/workers.h"
+#include "tests/bench/flight.h"
+#include "tests/bench/register.h"
+#include "tests/support/crew_threads.h"
+
+namespace gatefield::bench {
+namespace {
+
+planner::Profile profile(const std::string& name) {
+  auto read = planner::load_profile(std::string(GATEFIELD_SOURCE_DIR "/deploy/config/profiles/") + name + ".txt");
+  if (!read) {
+    std::cerr << "gatefield-bench: " << read.error() << "\n";
+    std::exit(2);
+  }
+  return std::move(read).value();
+}
+
+/// Steps with a field of `model`'s, flown once.
+const std::vector<RecordedStep>& flight(const std::string& model, const std::string& name) {
+  static std::map<std::string, std::vector<RecordedStep>> flights;
+  auto& steps = flights[model + "/" + name];
+  if (steps.empty()) {
+    if (const Status status = kernels::select_isa("auto"); !status) std::exit(2);
+    steps = fly(shipped(model), profile(name), 12.0);
+    std::erase_if(steps, [](const RecordedStep& step) { return step.input.target.field == nullptr; });
+  }
+  return steps;
+}
+
+/// One thread's own time does not count what else ran; with several there is only the clock on the wall.
+double seconds_now(int threads) {
+  timespec time{};
+  clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+void percentiles(benchmark::State& state, std::vector<double> values_s) {
+  std::sort(values_s.begin(), values_s.end());
+  const auto at = [&](double q) { return 1e3 * values_s[static_cast<std::size_t>(q * double(values_s.size() - 1))]; };
+  state.counters["p50_ms"] = at(0.5);
+  state.counters["p99_ms"] = at(0.99);
+}
+
+struct StepCase {
+  std::string model, profile_name, isa;
+  int samples, steps, threads;
+  bool leave_out;
+};
+
+void step(benchmark::State& state, const StepCase& which) {
+  const std::vector<RecordedStep>& flown = flight(which.model, which.profile_name);
+  if (flown.empty()) return state.SkipWithError("no gate was seen in the recorded flight");
+  if (const Status status = kernels::select_isa(which.isa); !status) return state.SkipWithError(status.error().c_str());
+  planner::Profile shape = profile(which.profile_name);
+  shape.samples = which.samples;
+  shape.steps = which.steps;
+  kernels::Crew crew(1);
+  const test::CrewThreads others(&crew, which.threads - 1);
+  auto planner = planner::Planner::create(shape, QuadrotorModel{}, GateShape{},
+                                          shipped(which.model).manifest().cone_angle_rad, 1, {&crew, which.leave_out});
+  if (!planner) return state.SkipWithError(planner.error().c_str());
+  planner::Plan plan;
+  std::vector<double> times_s;
+  double decoded = 0.0;
+  std::size_t i = 0;
+  for (auto _ : state) {
+    planner::PlanInput input = flown[i++ % flown.size()].input;
+    input.step = i;
+    const double begin_s = seconds_now(which.threads);
+    planner.value()->plan(input, &plan);
+    times_s.push_back(seconds_now(which.threads) - begin_s);
+    state.SetIterationTime(times_s.back());
+    decoded += plan.decoded_rollouts;
+  }
+  percentiles(state, times_s);
+  state.counters["decoded"] = decoded / (double(times_s.size()) * which.samples);
+}
+
+/// Knows two gates from a recorded flight, whatever it is shown.
+class RecordedMemory final : public service::Memory {
+ public:
+  RecordedMemory(const perception::MemorySnapshot* snapshot, protocol::Course course)
+      : snapshot_(snapshot), course_(std::move(course)) {}
+  Eigen::Vector3d expected_center_W(std::uint32_t waypoint) const noexcept override {
+    return course_.waypoints[waypoint].p_W;
+  }
+  bool seen(std::uint32_t) const noexcept override { return true; }
+  perception::GateMemory::Outcome observe(std::uint32_t, const perception::Encoding&, const Eigen::Isometry3d&,
+                                          Stamp) override {
+    return perception::GateMemory::Outcome::kTaken;
+  }
+  void snapshot(std::uint32_t, std::uint32_t, perception::MemorySnapshot* out) const override { *out = *snapshot_; }
+
+ private:
+  const perception::MemorySnapshot* snapshot_;
+  protocol::Course course_;
+};
+
+class SeesNothing final : public perception::DepthEncoder {
+ public:
+  std::optional<perception::Encoding> encode(std::span<const float>, const CameraModel&,
+                                             const std::optional<Eigen::Vector3d>&) override {
+    return std::nullopt;
+  }
+};
+
+class NoTransport final : public service::Transport {
+ public:
+  void send(const protocol::SessionReply&) override {}
+  bool send(const protocol::ThrustRateCommand&) noexcept override { return true; }
+  bool send(const protocol::Telemetry&) noexcept override { return true; }
+  void forget(const std::string&) override {}
+};
+
+/// Sessions at 50 Hz on two control threads for three seconds. A deadline is met when the command is out before the
+/// next control tick.
+void vehicles(benchmark::State& state, int count) {
+  using namespace std::chrono_literals;
+  const std::vector<RecordedStep>& flown = flight("race", "race");
+  if (flown.empty()) return state.SkipWithError("no gate was seen in the recorded flight");
+  if (const Status status = kernels::select_isa("auto"); !status) return state.SkipWithError(status.error().c_str());
+  planner::Profile shape = profile("race");
+  shape.samples = 1024;
+  const MonotonicClock clock;
+  NoTransport transport;
+  for (auto _ : state) {
+    kernels::Crew crew(2);
+    std::vector<std::shared_ptr<service::Session>> sessions;
+    service::ControlPool pool({2, false, &crew, {}}, &clock, &transport);
+    SeesNothing encoder;
+    const RecordedStep& moment = flown[flown.size() / 2];
+    for (int i = 0; i < count; ++i) {
+      service::SessionParts parts;
+      parts.request.vehicle = "drone" + std::to_string(i);
+      parts.request.camera = default_camera();
+      parts.request.course.waypoints = {{moment.input.target.center_W, moment.input.target.axis_W},
+                                        {moment.input.next.center_W, moment.input.next.axis_W}};
+      parts.id = static_cast<std::uint64_t>(i) + 1;
+      auto planner =
+          planner::Planner::create(shape, parts.request.quadrotor, {}, kGuideConeAngle_rad, parts.id, {&crew, true});
+      if (!planner) return state.SkipWithError(planner.error().c_str());
+      parts.planner = std::move(planner).value();
+      parts.memory = std::make_unique<RecordedMemory>(moment.memory.get(), parts.request.course);
+      parts.clock = &clock;
+      sessions.push_back(std::make_shared<service::Session>(std::move(parts)));
+    }
+    const auto begin = clock.now();
+    std::uint64_t sequence = 0;
+    const auto feed = [&] {
+      ++sequence;
+      for (const auto& session : sessions) {
+        protocol::VehicleState sample;
+        sample.vehicle = session->vehicle();
+        sample.session = session->id();
+        sample.sequence = sequence;
+        sample.stamp = clock.now();
+        sample.state = moment.input.start;
+        session->take_state(sample);
+        if (sequence > 2) continue;
+        protocol::DepthFrame frame;  // makes the session read its memory
+        frame.vehicle = session->vehicle();
+        frame.session = session->id();
+        frame.sequence = sequence;
+        frame.stamp = sample.stamp;
+        frame.width_px = 160;
+        frame.height_px = 90;
+        frame.pixels.assign(160 * 90 * 2, 7);
+        session->take_depth(frame);
+        session->perceive(encoder);
+      }
+    };
+    feed();
+    for (const auto& session : sessions) pool.add(session);
+    while (clock.now() - begin < 3s) {
+      std::this_thread::sleep_for(20ms);
+      feed();
+    }
+    for (const auto& session : sessions) pool.remove(session.get());
+    double sent = 0, missed = 0, solve = 0;
+    for (const auto& session : sessions) {
+      protocol::Telemetry telemetry;
+      session->fill(clock.now(), &telemetry);
+      sent += static_cast<double>(telemetry.commands_sent);
+      missed += static_cast<double>(telemetry.deadlines_missed);
+      solve += telemetry.health.solve_time_s;
+    }
+    state.SetIterationTime(solve / count);
+    state.counters["met_percent"] = 100.0 * sent / std::max(1.0, sent + missed);
+    state.counters["commands/s"] = sent / 3.0;
+  }
+}
+
+}  // namespace
+
+void register_steps() {
+  const auto add = [](const StepCase& which) {
+    const std::string name = "step/" + which.model + "/" + which.profile_name + "/M=" + std::to_string(which.samples) +
+                             "/K=" + std::to_string(which.steps) + "/threads=" + std::to_string(which.threads) + "/" +
+                             which.isa + (which.leave_out ? "" : "/all_decoded");
+    benchmark::RegisterBenchmark(name.c_str(), [which](benchmark::State& s) { step(s, which); })
+        ->UseManualTime()
+        ->Unit(benchmark::kMillisecond);
+  };
+  const std::string best = kernels::available_isas().front();
+  for (const bool leave_out : {true, false}) {
+    for (const int threads : {1, 2}) {
+      for (const int samples : {512, 1024, 2048, 4096, 8192, 16384})
+        add({"race", "race", best, samples, 20, threads, leave_out});
+      for (const int samples : {1024, 8192}) add({"paper", "paper", best, samples, 20, threads, leave_out});
+      for (const int samples : {1024, 8192}) add({"paper", "race", best, samples, 20, threads, leave_out});
+    }
+    for (const int steps : {10, 30, 40}) add({"race", "race", best, 2048, steps, 2, leave_out});
+    for (const std::string& isa : kernels::available_isas())
+      if (isa != best) add({"race", "race", isa, 2048, 20, 2, leave_out});
+  }
+  if (kernels::bf16_available()) add({"race", "race", "avx3_bf16", 8192, 20, 2, true});
+}
+
+void register_vehicles() {
+  for (const int count : {1, 8, 16, 32, 64}) {
+    benchmark::RegisterBenchmark(("vehicles/M=1024/" + std::to_string(count)).c_str(),
+                                 [count](benchmark::State& s) { vehicles(s, count); })
+        ->UseManualTime()
+        ->Iterations(1)
+        ->Unit(benchmark::kMillisecond);
+  }
+}
+
+void register_encoders() {
+  for (const char* name : {"race", "paper"}) {
+    for (const bool prior : {true, false}) {
+      if (!prior && std::string(name) == "paper") continue;  // it takes none
+      const std::string title = std::string("frame/") + name + (prior ? "/prior" : "/no_prior");
+      benchmark::RegisterBenchmark(title.c_str(), [name, prior](benchmark::State& state) {
+        auto encoder = perception::DepthEncoder::create(shipped(name));
+        if (!encoder) return state.SkipWithError(encoder.error().c_str());
+        const CameraModel camera = default_camera();
+        const std::vector<float> depth_m = image_of_a_gate(camera);
+        std::optional<Eigen::Vector3d> where;
+        if (prior) where = Eigen::Vector3d(-0.2, -0.1, 3.0);
+        for (auto _ : state) benchmark::DoNotOptimize(encoder.value()->encode(depth_m, camera, where));
+      })->Unit(benchmark::kMillisecond);
+    }
+  }
+}
+
+}  // namespace gatefield::bench
