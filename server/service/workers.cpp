@@ -18,6 +18,9 @@ constexpr std::chrono::nanoseconds kLongestWait = 100ms;
 /// Lockstep has no deadline of its own; this one places it among those that have.
 constexpr std::chrono::nanoseconds kLockstepDeadline = 10ms;
 constexpr int kControlPriority = 30;
+/// Turns of a helper's loop without a block to do, some hundred microseconds. Between a step's loops over blocks pass
+/// some tens.
+constexpr int kHelpersPatience = 2000;
 
 std::chrono::steady_clock::time_point steady(Stamp stamp) {
   return std::chrono::steady_clock::time_point(std::chrono::duration_cast<std::chrono::steady_clock::duration>(stamp));
@@ -119,23 +122,32 @@ void ControlPool::wake(const Session* session) {
   changed_.notify_one();
 }
 
-/// Blocks of steps in progress until there is none, something is due or has changed.
-void ControlPool::help(std::unique_lock<std::mutex>& lock, Stamp until) {
+/// Blocks of steps in progress until there is none, something is due or has changed. @return false when there were no
+/// blocks for long: the thread whose step it is was put aside by the scheduler, and waiting would take its processor
+bool ControlPool::help(std::unique_lock<std::mutex>& lock, Stamp until) {
   const std::uint64_t news = news_.load(std::memory_order_relaxed);
   ++helpers_;
   lock.unlock();
-  while (stepping_.load(std::memory_order_relaxed) > 0 && news_.load(std::memory_order_relaxed) == news &&
-         clock_->now() < until) {
-    if (!options_.crew->help()) kernels::relax();
+  int idle = 0;
+  while (idle < kHelpersPatience && stepping_.load(std::memory_order_relaxed) > 0 &&
+         news_.load(std::memory_order_relaxed) == news && clock_->now() < until) {
+    if (options_.crew->help()) {
+      idle = 0;
+    } else {
+      ++idle;
+      kernels::relax();
+    }
   }
   lock.lock();
   --helpers_;
+  return idle < kHelpersPatience;
 }
 
 void ControlPool::run(int index) {
   name_thread("control-", index);
   planner::Planner::prepare_thread();
   prctl(PR_SET_TIMERSLACK, 1000UL);  // ns; the default of 50 us is a fair part of a control period at 500 Hz
+  bool tired = false;                // of helping
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     const Stamp now = clock_->now();
@@ -150,10 +162,13 @@ void ControlPool::run(int index) {
       }
     }
     if (!chosen) {
-      if (options_.crew != nullptr && stepping_.load(std::memory_order_relaxed) > 0 && helpers_ < kMostHelpers)
-        help(lock, next_due);
-      else
+      if (options_.crew != nullptr && !tired && helpers_ < kMostHelpers &&
+          stepping_.load(std::memory_order_relaxed) > 0) {
+        tired = !help(lock, next_due);  // and then looks again, for what became due meanwhile
+      } else {
+        tired = false;
         changed_.wait_until(lock, steady(next_due));
+      }
       continue;
     }
 

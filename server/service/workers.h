@@ -59,7 +59,7 @@ class ControlPool {
     bool leaving = false;  ///< being removed: not served any more
   };
   void run(int index);
-  void help(std::unique_lock<std::mutex>& lock, Stamp until);
+  bool help(std::unique_lock<std::mutex>& lock, Stamp until);
 
   const Options options_;
   const Clock* const clock_;
