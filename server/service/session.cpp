@@ -333,7 +333,9 @@ void Session::take_in(const StateSample& sample) noexcept {
 void Session::watch_disturbance(const StateSample& sample) noexcept {
   if (!disturbance_.wanted()) return;
   const Stamp dt = sample.stamp - measured_stamp_;
-  if (measured_stamp_ >= Stamp{0} && dt > Stamp{0} && dt <= Disturbance::kLongestGap) {
+  // Over a real link, as long as its delay is not known it is not known either when what was sent began to hold.
+  const bool inputs_known = lockstep() || delay_known_;
+  if (inputs_known && measured_stamp_ >= Stamp{0} && dt > Stamp{0} && dt <= Disturbance::kLongestGap) {
     predict(request_.quadrotor, inputs_, measured_stamp_, sample.stamp, Eigen::Vector3d::Zero(), &measured_);
     disturbance_.observe(sample.state.v_WB - measured_.v_WB, dt);
   }

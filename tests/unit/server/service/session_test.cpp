@@ -83,6 +83,23 @@ TEST(SessionRealTime, PlansFromWhereTheVehicleWillBe) {
   EXPECT_NEAR(bench.planner->last.elapsed_s, 0.010, 1e-3);
 }
 
+TEST(SessionRealTime, AnAccelerationBeyondTheModelReachesThePlannerOnceTheDelayIsKnown) {
+  Bench bench;
+  const auto fly = [&](int from, int to, Stamp round_trip) {
+    for (int i = from; i < to; ++i) {
+      auto state = bench.state(50s + i * 20ms, {0, 0, 1.5});
+      state.state.v_WB = {0.02 * (i - 190), 0, 0};  // 1 m/s^2 that no thrust explains; slow at the end, without drag
+      state.round_trip = round_trip;
+      bench.session->take_state(state);
+      bench.step();
+      bench.clock.advance(20ms);
+    }
+    return bench.planner->last.disturbance_W_m_s2.x();
+  };
+  EXPECT_EQ(fly(0, 50, 0ms), 0.0);
+  EXPECT_NEAR(fly(50, 200, 10ms), 1.0, 0.3);
+}
+
 TEST(SessionRealTime, GoesOnFromItsPredictionAndSaysSo) {
   Bench bench;
   auto state = bench.state(50s, {0, 0, 1.5});
