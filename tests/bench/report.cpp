@@ -114,8 +114,9 @@ class Report {
          << "Machine: " << machine.cores << " cores at nominally " << machine.mhz << " MHz, " << machine.date
          << ", load average " << machine.load << ". Instruction set of the planner: " << best_ << ".\n\n";
     if (!note.empty()) out_ << note << "\n\n";
-    out_ << "Kernels, decoders, frames and steps on one core are that thread's CPU time, which does not count what else "
-            "ran; steps on two cores, vehicles and the wire are wall-clock time.\n";
+    out_
+        << "Kernels, decoders, frames and steps on one core are that thread's CPU time, which does not count what else "
+           "ran; steps on two cores, vehicles and the wire are wall-clock time.\n";
     peaks();
     decoders();
     kernels();
@@ -125,7 +126,15 @@ class Report {
   }
 
  private:
-  void table(const Table& table) {
+  /// Columns that nothing was measured for are left out.
+  void table(Table table) {
+    for (std::size_t column = table.columns.size(); column-- > 0;) {
+      const bool empty = std::all_of(table.rows.begin(), table.rows.end(),
+                                     [column](const auto& row) { return row[column].text == "-"; });
+      if (!empty) continue;
+      table.columns.erase(table.columns.begin() + static_cast<std::ptrdiff_t>(column));
+      for (auto& row : table.rows) row.erase(row.begin() + static_cast<std::ptrdiff_t>(column));
+    }
     if (!table.rows.empty()) out_ << "\n" << plot::to_markdown(table);
   }
   void picture(const plot::Chart& chart, const std::string& name, const std::string& alt) {
@@ -236,8 +245,15 @@ class Report {
       Table t;
       const std::string model = std::string(what).substr(0, 5) == "race/" ? "race" : "paper";
       t.title = "Model `" + model + "`, profile `" + std::string(what).substr(model.size() + 1) + "`, K = 20, ms";
-      t.columns = {"M",         "one core",      "p99", "two cores", "p99", "decoded, %", "all decoded, one core",
-                   "two cores", "gain, one core"};
+      t.columns = {"M",
+                   "one core",
+                   "p99",
+                   "two cores",
+                   "p99",
+                   "decoded, %",
+                   "all decoded, one core",
+                   "two cores",
+                   "gain of leaving out, one core"};
       std::map<std::string, plot::Series> curves;
       for (const int samples : {512, 1024, 2048, 4096, 8192, 16384}) {
         const auto at = [&](int threads, bool all) {
@@ -272,15 +288,15 @@ class Report {
     if (!chart.series.empty()) picture(chart, "step", "Milliseconds of a step over the number of rollouts");
 
     Table t;
-    t.title = "How a step grows with K, and by instruction set (model and profile `race`, M = 2048, two cores, ms)";
+    t.title = "How a step grows with K, and by instruction set (model and profile `race`, M = 2048, one core, ms)";
     t.columns = {"K", "instruction set", "step", "all decoded"};
     const auto row = [&](int samples, int steps, const std::string& isa) {
-      const Entry* e = find(results_, step_name("race/race", samples, steps, 2, isa, false));
+      const Entry* e = find(results_, step_name("race/race", samples, steps, 1, isa, false));
       if (e)
         t.rows.push_back({{double(steps), 0},
                           isa,
                           ms_cell(e, "p50_ms"),
-                          ms_cell(find(results_, step_name("race/race", samples, steps, 2, isa, true)), "p50_ms")});
+                          ms_cell(find(results_, step_name("race/race", samples, steps, 1, isa, true)), "p50_ms")});
     };
     for (const int steps_k : {10, 20, 30, 40}) row(2048, steps_k, best_);
     for (const char* isa : {"avx3_bf16", "avx2", "neon", "sse4", "scalar", "emu128"})

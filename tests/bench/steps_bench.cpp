@@ -221,11 +221,11 @@ void register_steps() {
       for (const int samples : {1024, 8192}) add({"paper", "paper", best, samples, 20, threads, leave_out});
       for (const int samples : {1024, 8192}) add({"paper", "race", best, samples, 20, threads, leave_out});
     }
-    for (const int steps : {10, 30, 40}) add({"race", "race", best, 2048, steps, 2, leave_out});
+    for (const int steps : {10, 30, 40}) add({"race", "race", best, 2048, steps, 1, leave_out});
     for (const std::string& isa : kernels::available_isas())
-      if (isa != best) add({"race", "race", isa, 2048, 20, 2, leave_out});
+      if (isa != best) add({"race", "race", isa, 2048, 20, 1, leave_out});
   }
-  if (kernels::bf16_available()) add({"race", "race", "avx3_bf16", 8192, 20, 2, true});
+  if (kernels::bf16_available()) add({"race", "race", "avx3_bf16", 8192, 20, 1, true});
 }
 
 void register_vehicles() {

@@ -1,0 +1,16 @@
+set encoding utf8
+set terminal pngcairo noenhanced size 1200,600 font 'DejaVu Sans,11' background '#ffffff'
+set output 'decoder-paper.png'
+set datafile separator comma
+set title 'Decoder of model `paper`'
+set border 3 lc rgb '#505050'
+set tics nomirror
+set grid back lc rgb '#dddddd' lt 1
+set key top right
+set xlabel ''
+set xtics ('ours_avx3_bf16' 0, 'onednn_bf16' 1, 'ours_avx3' 2, 'libtorch_bf16' 3, 'onednn_fp32' 4, 'ours_avx2' 5, 'libtorch_fp32' 6, 'eigen_fp32' 7, 'ours_sse4' 8, 'ours_scalar' 9)
+set ylabel '163,840 queries on one core [ms]'
+set yrange [0:*]
+set boxwidth 0.736
+set style fill solid 0.85 noborder
+plot 'decoder-paper.csv' skip 1 every ::0::9 using ($2+0):3 with boxes lc rgb '#0072b2' notitle
