@@ -12,6 +12,6 @@ set logscale x
 set xrange [0.001:1]
 set ylabel 'of the gates, kept'
 set yrange [0.7:1]
-plot 'roc-second-sensor.csv' skip 1 every ::0::653 using 2:3 with lines lw 2 lc rgb '#0072b2' title 'first look: nothing of any gate in view', \
-     'roc-second-sensor.csv' skip 1 every ::654::1307 using 2:3 with lines lw 2 lc rgb '#d55e00' title 'first look: no valid gate in view', \
-     'roc-second-sensor.csv' skip 1 every ::1308::1746 using 2:3 with lines lw 2 lc rgb '#009e73' title 'prior: a place without a gate'
+plot 'roc-second-sensor.csv' skip 1 every ::0::654 using 2:3 with lines lw 2 lc rgb '#0072b2' title 'first look: nothing of any gate in view', \
+     'roc-second-sensor.csv' skip 1 every ::655::1309 using 2:3 with lines lw 2 lc rgb '#d55e00' title 'first look: no valid gate in view', \
+     'roc-second-sensor.csv' skip 1 every ::1310::1748 using 2:3 with lines lw 2 lc rgb '#009e73' title 'prior: a place without a gate'

@@ -12,6 +12,6 @@ set logscale x
 set xrange [0.001:1]
 set ylabel 'of the gates, kept'
 set yrange [0.7:1]
-plot 'roc-simulation.csv' skip 1 every ::0::2544 using 2:3 with lines lw 2 lc rgb '#0072b2' title 'first look: nothing of any gate in view', \
-     'roc-simulation.csv' skip 1 every ::2545::4638 using 2:3 with lines lw 2 lc rgb '#d55e00' title 'first look: no valid gate in view', \
-     'roc-simulation.csv' skip 1 every ::4639::7306 using 2:3 with lines lw 2 lc rgb '#009e73' title 'prior: a place without a gate'
+plot 'roc-simulation.csv' skip 1 every ::0::2044 using 2:3 with lines lw 2 lc rgb '#0072b2' title 'first look: nothing of any gate in view', \
+     'roc-simulation.csv' skip 1 every ::2045::3596 using 2:3 with lines lw 2 lc rgb '#d55e00' title 'first look: no valid gate in view', \
+     'roc-simulation.csv' skip 1 every ::3597::5806 using 2:3 with lines lw 2 lc rgb '#009e73' title 'prior: a place without a gate'

@@ -12,6 +12,6 @@ set logscale x
 set xrange [0.001:1]
 set ylabel 'of the gates, kept'
 set yrange [0.7:1]
-plot 'roc-simulation.csv' skip 1 every ::0::2709 using 2:3 with lines lw 2 lc rgb '#0072b2' title 'first look: nothing of any gate in view', \
-     'roc-simulation.csv' skip 1 every ::2710::4612 using 2:3 with lines lw 2 lc rgb '#d55e00' title 'first look: no valid gate in view', \
-     'roc-simulation.csv' skip 1 every ::4613::7561 using 2:3 with lines lw 2 lc rgb '#009e73' title 'prior: a place without a gate'
+plot 'roc-simulation.csv' skip 1 every ::0::2717 using 2:3 with lines lw 2 lc rgb '#0072b2' title 'first look: nothing of any gate in view', \
+     'roc-simulation.csv' skip 1 every ::2718::5045 using 2:3 with lines lw 2 lc rgb '#d55e00' title 'first look: no valid gate in view', \
+     'roc-simulation.csv' skip 1 every ::5046::7888 using 2:3 with lines lw 2 lc rgb '#009e73' title 'prior: a place without a gate'

@@ -12,6 +12,6 @@ set logscale x
 set xrange [0.001:1]
 set ylabel 'of the gates, kept'
 set yrange [0.7:1]
-plot 'roc-second-sensor.csv' skip 1 every ::0::784 using 2:3 with lines lw 2 lc rgb '#0072b2' title 'first look: nothing of any gate in view', \
-     'roc-second-sensor.csv' skip 1 every ::785::1493 using 2:3 with lines lw 2 lc rgb '#d55e00' title 'first look: no valid gate in view', \
-     'roc-second-sensor.csv' skip 1 every ::1494::2353 using 2:3 with lines lw 2 lc rgb '#009e73' title 'prior: a place without a gate'
+plot 'roc-second-sensor.csv' skip 1 every ::0::694 using 2:3 with lines lw 2 lc rgb '#0072b2' title 'first look: nothing of any gate in view', \
+     'roc-second-sensor.csv' skip 1 every ::695::1329 using 2:3 with lines lw 2 lc rgb '#d55e00' title 'first look: no valid gate in view', \
+     'roc-second-sensor.csv' skip 1 every ::1330::2042 using 2:3 with lines lw 2 lc rgb '#009e73' title 'prior: a place without a gate'
