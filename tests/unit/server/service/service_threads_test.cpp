@@ -215,10 +215,16 @@ TEST_F(ServiceThreadsTest, LateStepsAreCountedAndDoNotShiftTheOthers) {
   parts.memory = std::make_unique<FakeMemory>(parts.request.course, std::make_shared<FakeMemory::Script>());
   parts.clock = &clock_;
   const auto session = std::make_shared<Session>(std::move(parts));
-  session->take_state(testing::hover_state("drone", 1, 1, 50s));
+  // Again and again: on a busy machine ten steps can take longer than a client may be silent.
+  std::uint64_t states = 0;
+  const auto tell = [&] { session->take_state(testing::hover_state("drone", 1, ++states, 50s + states * 1ms)); };
+  tell();
   ControlPool pool({1, false}, &clock_, &transport_);
   pool.add(session);
-  EXPECT_TRUE(eventually([&] { return plans >= 10; }));
+  EXPECT_TRUE(eventually([&] {
+    tell();
+    return plans >= 10;
+  }));
   pool.remove(session.get());
   const int after = plans;
   std::this_thread::sleep_for(15ms);
