@@ -11,7 +11,7 @@
 // The order matters here.
 #include <hwy/highway.h>
 
-#include "server/kernels/math-inl.h"
+#include "server/kernels/decoder/encode-inl.h"
 
 static_assert(HWY_STATIC_TARGET == HWY_AVX3);
 
@@ -64,32 +64,8 @@ HWY_NOINLINE void DecodeBlock(const DecoderView& net, const float* x_W, const fl
   const D d;
   alignas(64) float encoded[kMostInputs * kP * kLanes];
   alignas(64) __m512i buffers[2][kMostInputs / 2 * kP];
-  const V zero = hn::Zero(d);
   V not_finite[kP];
-  for (std::size_t p = 0; p < kP; ++p) {
-    const V x = hn::LoadU(d, x_W + p * kLanes), y = hn::LoadU(d, y_W + p * kLanes), z = hn::LoadU(d, z_W + p * kLanes);
-    not_finite[p] = hn::MulAdd(x, zero, hn::MulAdd(y, zero, hn::Mul(z, zero)));
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float* R = net.R_CW + 3 * axis;
-      V c = hn::MulAdd(hn::Set(d, R[0]), x, hn::Set(d, net.t_CW[axis]));
-      c = hn::MulAdd(hn::Set(d, R[1]), y, c);
-      c = hn::MulAdd(hn::Set(d, R[2]), z, c);
-      c = hn::Min(hn::Max(c, hn::Set(d, -net.max_coordinate)), hn::Set(d, net.max_coordinate));
-      hn::Store(c, d, encoded + (axis * kP + p) * kLanes);
-      if (net.octaves == 0) continue;
-      V sine, cosine;
-      SinCosTurns(d, hn::Mul(c, hn::Set(d, net.half_inverse_scale)), sine, cosine);
-      for (std::size_t octave = 0; octave < net.octaves; ++octave) {
-        const std::size_t row = 3 + 6 * octave + axis;
-        hn::Store(sine, d, encoded + (row * kP + p) * kLanes);
-        hn::Store(cosine, d, encoded + ((row + 3) * kP + p) * kLanes);
-        const V twice = hn::Add(sine, sine);
-        const V next_cosine = hn::NegMulAdd(twice, sine, hn::Set(d, 1.0f));
-        sine = hn::Mul(twice, cosine);
-        cosine = next_cosine;
-      }
-    }
-  }
+  Encode<kP>(d, net, x_W, y_W, z_W, encoded, not_finite);
 
   alignas(64) static constexpr std::uint16_t kInterleave[32] = {0,  16, 1,  17, 2,  18, 3,  19, 4,  20, 5,
                                                                 21, 6,  22, 7,  23, 8,  24, 9,  25, 10, 26,

@@ -9,7 +9,7 @@
 #include <hwy/foreach_target.h>  // must come before highway.h
 #include <hwy/highway.h>
 
-#include "server/kernels/math-inl.h"
+#include "server/kernels/decoder/encode-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace gatefield::kernels {
@@ -67,34 +67,8 @@ HWY_NOINLINE void DecodeBlock(const DecoderView& net, const float* x_W, const fl
   float* out = buffers[1];
   const V zero = hn::Zero(d);
 
-  V not_finite[kP];  // 0 for points with finite coordinates, else NaN
-  HWY_UNROLL(4)
-  for (std::size_t p = 0; p < kP; ++p) {
-    const V x = hn::LoadU(d, x_W + p * kLanes), y = hn::LoadU(d, y_W + p * kLanes), z = hn::LoadU(d, z_W + p * kLanes);
-    not_finite[p] = hn::MulAdd(x, zero, hn::MulAdd(y, zero, hn::Mul(z, zero)));
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float* R = net.R_CW + 3 * axis;
-      V c = hn::MulAdd(hn::Set(d, R[0]), x, hn::Set(d, net.t_CW[axis]));
-      c = hn::MulAdd(hn::Set(d, R[1]), y, c);
-      c = hn::MulAdd(hn::Set(d, R[2]), z, c);
-      c = hn::Min(hn::Max(c, hn::Set(d, -net.max_coordinate)), hn::Set(d, net.max_coordinate));
-      hn::Store(c, d, in + (axis * kP + p) * kLanes);
-      if (net.octaves > 0) {
-        // One sine and cosine per axis; every further octave by the double angle.
-        V sine, cosine;
-        SinCosTurns(d, hn::Mul(c, hn::Set(d, net.half_inverse_scale)), sine, cosine);
-        for (std::size_t octave = 0; octave < net.octaves; ++octave) {
-          const std::size_t row = 3 + 6 * octave + axis;
-          hn::Store(sine, d, in + (row * kP + p) * kLanes);
-          hn::Store(cosine, d, in + ((row + 3) * kP + p) * kLanes);
-          const V twice = hn::Add(sine, sine);
-          const V next_cosine = hn::NegMulAdd(twice, sine, hn::Set(d, 1.0f));
-          sine = hn::Mul(twice, cosine);
-          cosine = next_cosine;
-        }
-      }
-    }
-  }
+  V not_finite[kP];
+  Encode<kP>(d, net, x_W, y_W, z_W, in, not_finite);
 
   const LayerView& output = net.layers[net.layer_count - 1];
   V s[kP];
