@@ -263,13 +263,14 @@ TEST(Fly, StateDepthCommandTelemetryAndStatistics) {
   EXPECT_EQ(server.states[0].depth_sequence, 1u);
   EXPECT_EQ(server.states[0].session, 50u);
 
-  // What it heard and measured goes into the next state.
+  // What it heard and measured goes into the next state; in lockstep, the time by its own clock until the plan was used.
+  client->play(1030ms, test::good_state().state);
   const std::size_t before = server.states.size();
   client->send_state(2s, test::good_state().state);
   ASSERT_TRUE(server.wait([&] { return server.states.size() > before && server.states.back().sequence == 2; }));
   EXPECT_EQ(server.states.back().heard_waypoint, test::good_health().target_waypoint);
   EXPECT_EQ(server.states.back().heard_lap, test::good_health().lap);
-  EXPECT_GT(server.states.back().round_trip.count(), 0);
+  EXPECT_EQ(server.states.back().round_trip, 30ms);
 
   const LinkStatistics statistics = client->statistics();
   EXPECT_GE(statistics.commands, 1u);

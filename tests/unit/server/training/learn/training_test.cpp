@@ -302,7 +302,7 @@ TEST_F(Training, BatchesDependOnTheStepAlone) {
 TEST_F(Training, CropsTellGatesFromEmptyPlaces) {
   // Over many crops: valid ones lie at a gate and carry its field, the others are asked to say that nothing is there.
   BatchOptions options = batch_options(design("two-look"));
-  options.predicted_part = 0.0;
+  options.predicted_part = options.predicted_part_empty = 0.0;
   int valid = 0, empty = 0;
   Batch batch;
   for (std::uint64_t step = 0; step < 20; ++step) {
