@@ -263,7 +263,8 @@ TEST(Fly, StateDepthCommandTelemetryAndStatistics) {
   EXPECT_EQ(server.states[0].depth_sequence, 1u);
   EXPECT_EQ(server.states[0].session, 50u);
 
-  // What it heard and measured goes into the next state; in lockstep, the time by its own clock until the plan was used.
+  // What it heard and measured goes into the next state; in lockstep, the time by its own clock until the plan was
+  // used.
   client->play(1030ms, test::good_state().state);
   const std::size_t before = server.states.size();
   client->send_state(2s, test::good_state().state);
