@@ -8,7 +8,8 @@ namespace {
 thread_local bool counting = false;
 thread_local std::size_t counted = 0;
 
-void* allocate(std::size_t size, std::size_t alignment) {
+/// Null when there is no memory.
+void* try_allocate(std::size_t size, std::size_t alignment) noexcept {
   if (counting) ++counted;
   void* memory = nullptr;
   if (alignment <= alignof(std::max_align_t)) {
@@ -16,6 +17,11 @@ void* allocate(std::size_t size, std::size_t alignment) {
   } else if (posix_memalign(&memory, alignment, size) != 0) {
     memory = nullptr;
   }
+  return memory;
+}
+
+void* allocate(std::size_t size, std::size_t alignment) {
+  void* const memory = try_allocate(size, alignment);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
@@ -30,6 +36,8 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
 void* operator new[](std::size_t size, std::align_val_t alignment) {
   return allocate(size, static_cast<std::size_t>(alignment));
 }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return try_allocate(size, 1); }
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept { return try_allocate(size, 1); }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete[](void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
