@@ -29,6 +29,9 @@ struct Profile {
   // Model
   double disturbance_time_s = 0.4;  ///< over which the acceleration beyond the model is averaged; 0: not estimated
 
+  bool predict_delay = true;  ///< plan from where the vehicle will be when the plan can begin to hold; off: from where
+                              ///< it was measured, and the first part of each plan comes too late to be flown
+
   // Temperature: fixed when target_effective_fraction is 0, else found each step so that 1 / sum w^2 is this part of M
   double temperature = 1.0;
   double target_effective_fraction = 0.0;

@@ -31,6 +31,7 @@ inline constexpr SwitchField kSwitchFields[] = {
     {"waypoint_from_field", &Profile::waypoint_from_field},
     {"switch_in_rollout", &Profile::switch_in_rollout},
     {"funnel", &Profile::funnel},
+    {"predict_delay", &Profile::predict_delay},
 };
 
 inline constexpr NumberField kNumberFields[] = {

@@ -386,7 +386,8 @@ Session::Answer Session::step(Stamp now) noexcept {
   if (state_is_new_) take_in(newest_);
   state_is_new_ = false;
 
-  const std::chrono::nanoseconds horizon = lockstep() ? delay_.whole() : age + delay_.ahead();
+  std::chrono::nanoseconds horizon{0};
+  if (planner_->profile().predict_delay) horizon = lockstep() ? delay_.whole() : age + delay_.ahead();
   const Stamp plan_start = newest_.stamp + horizon;
   planner::PlanInput input;
   input.start = newest_.state;

@@ -350,6 +350,23 @@ TEST(SessionLockstep, PlansFromWhereTheVehicleWillBeAfterTheMeasuredDelay) {
   EXPECT_NEAR(start.thrust_command_n[0], hover_thrust_n(bench.request.quadrotor)[0] + 1.2, 0.01);
 }
 
+TEST(SessionLockstep, AProfileMayLeaveTheDelayUnpredicted) {
+  planner::Profile profile = testing::small_profile();
+  profile.predict_delay = false;
+  Bench bench(protocol::Timing::kLockstep, profile);
+  const protocol::ThrustRateCommand* command = nullptr;
+  for (int i = 0; i < 10; ++i) {
+    auto state = bench.state(50s + i * 20ms, {1.0, 0, 1.5});
+    state.state.v_WB = {8, 0, 0};
+    state.round_trip = 100ms;
+    bench.session->take_state(state);
+    command = bench.step();
+    ASSERT_NE(command, nullptr);
+  }
+  EXPECT_EQ(command->plan_start, command->answers_stamp);
+  EXPECT_EQ(bench.planner->last.start.p_WB.x(), 1.0);
+}
+
 TEST(SessionLockstep, WaitsForTheFrameThatTheStateNames) {
   Bench bench(protocol::Timing::kLockstep);
   auto frame = bench.frame(50s);
