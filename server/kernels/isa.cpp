@@ -6,7 +6,7 @@
 #include <cctype>
 #include <cstdint>
 
-#if GATEFIELD_AVX512_BF16
+#if GATEFIELD_AVX512_INT16
 #include <cpuid.h>
 #endif
 
@@ -16,16 +16,16 @@ namespace {
 struct Isa {
   std::int64_t target;
   std::string name;
-  bool bf16 = false;
+  Arithmetic arithmetic = Arithmetic::kFp32;
 };
 
-bool bf16_in_use = false;  // set before threads start
+Arithmetic in_use = Arithmetic::kFp32;  // set before threads start
 
-/// CPUID leaf 7.1. That the system keeps the registers is known from Highway's choice of AVX-512.
-bool cpu_has_bf16() noexcept {
-#if GATEFIELD_AVX512_BF16
+/// CPUID leaf 7.0: AVX512_VNNI. That the system keeps the registers is known from Highway's choice of AVX-512.
+bool cpu_has_int16() noexcept {
+#if GATEFIELD_AVX512_INT16
   unsigned a = 0, b = 0, c = 0, d = 0;
-  return __get_cpuid_count(7, 1, &a, &b, &c, &d) != 0 && (a >> 5 & 1) != 0;
+  return __get_cpuid_count(7, 0, &a, &b, &c, &d) != 0 && (c >> 11 & 1) != 0;
 #else
   return false;
 #endif
@@ -40,15 +40,15 @@ const std::vector<Isa>& machine_isas() {
       std::string name = hwy::TargetName(target);
       std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
       found.push_back({target, name});
-      if (target == HWY_AVX3 && cpu_has_bf16()) found.push_back({target, name + "_bf16", true});
+      if (target == HWY_AVX3 && cpu_has_int16()) found.push_back({target, name + "_int16", Arithmetic::kInt16});
     }
     return found;
   }();
   return isas;
 }
 
-void apply(std::int64_t targets, bool bf16) {
-  bf16_in_use = bf16;
+void apply(std::int64_t targets, Arithmetic arithmetic) {
+  in_use = arithmetic;
   hwy::SetSupportedTargetsForTest(targets);
   // Fill the dispatch index here, so that the first control step doesn't ask CPUID.
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
@@ -62,17 +62,17 @@ std::vector<std::string> available_isas() {
   return names;
 }
 
-bool bf16_available() noexcept {
+bool available(Arithmetic arithmetic) noexcept {
   const std::vector<Isa>& isas = machine_isas();
-  return std::any_of(isas.begin(), isas.end(), [](const Isa& isa) { return isa.bf16; });
+  return std::any_of(isas.begin(), isas.end(), [&](const Isa& isa) { return isa.arithmetic == arithmetic; });
 }
-bool bf16_active() noexcept { return bf16_in_use; }
+Arithmetic decoder_arithmetic() noexcept { return in_use; }
 
 std::string_view active_isa() noexcept {
   const std::vector<Isa>& isas = machine_isas();
   const std::int64_t targets = hwy::SupportedTargets();
   for (const Isa& isa : isas) {
-    if ((targets & isa.target) && isa.bf16 == bf16_in_use) return isa.name;
+    if ((targets & isa.target) && isa.arithmetic == in_use) return isa.name;
   }
   return isas.back().name;
 }
@@ -80,13 +80,13 @@ std::string_view active_isa() noexcept {
 Status select_isa(std::string_view name) {
   const std::vector<Isa>& isas = machine_isas();
   if (name == "auto") {
-    apply(0, false);
+    apply(0, Arithmetic::kFp32);
     return {};
   }
   std::string list;
   for (const Isa& isa : isas) {
     if (isa.name == name) {
-      apply(isa.target, isa.bf16);
+      apply(isa.target, isa.arithmetic);
       return {};
     }
     list += ", " + isa.name;

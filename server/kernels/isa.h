@@ -9,14 +9,16 @@
 namespace gatefield::kernels {
 
 /// Instruction sets that this build has and this machine can run, best first, by Highway's names in lower case: on
-/// x86-64 avx3 (AVX-512 with BW, DQ, VL), avx3_bf16 (the same with the decoder's inner layers in AVX512_BF16: nearly
-/// twice as fast, but less exact than what "auto" may take, see decoder.h), avx2 (with FMA), sse4 and the portable
-/// code, scalar or emu128 by the compiler's version.
+/// x86-64 avx3 (AVX-512 with BW, DQ, VL), avx3_int16 (the same with the decoder's inner layers in 16-bit fixed point
+/// through AVX512_VNNI: nearly twice as fast, less exact, see decoder.h; taken only when asked for), avx2 (with FMA),
+/// sse4 and the portable code, scalar or emu128 by the compiler's version; on arm64 neon.
 std::vector<std::string> available_isas();
 
-/// Whether this machine and build have avx3_bf16, and whether it is in use.
-bool bf16_available() noexcept;
-bool bf16_active() noexcept;
+/// What the decoder's inner layers are computed in; everything else is single precision everywhere.
+enum class Arithmetic { kFp32, kInt16 };
+/// Whether this machine and build have it, and which one is in use.
+bool available(Arithmetic arithmetic) noexcept;
+Arithmetic decoder_arithmetic() noexcept;
 
 /// Name of the one in use.
 std::string_view active_isa() noexcept;

@@ -47,6 +47,22 @@ __attribute__((target("avx512f"))) void dot_bf16() {
   for (__m512& sum : sums) asm volatile("" : : "v"(sum));
 }
 
+__attribute__((target("avx512f"))) void dot_int16() {
+  __m512i sums[kSums];
+  for (__m512i& sum : sums) sum = _mm512_setzero_si512();
+  const __m512i a = _mm512_setzero_si512();
+  for (int i = 0; i < kTurns; ++i) {
+#pragma GCC unroll 16
+    for (__m512i& sum : sums) asm("vpdpwssd %1, %1, %0" : "+v"(sum) : "v"(a));
+  }
+  for (__m512i& sum : sums) asm volatile("" : : "v"(sum));
+}
+
+bool has_int16() {
+  unsigned a = 0, b = 0, c = 0, d = 0;
+  return __builtin_cpu_supports("avx512f") && __get_cpuid_count(7, 0, &a, &b, &c, &d) != 0 && (c >> 11 & 1) != 0;
+}
+
 bool has_bf16() {
   unsigned a = 0, b = 0, c = 0, d = 0;
   return __builtin_cpu_supports("avx512f") && __get_cpuid_count(7, 1, &a, &b, &c, &d) != 0 && (a >> 5 & 1) != 0;
@@ -64,6 +80,7 @@ void add(const char* name, void (*loop)(), double products) {
 void register_peaks() {
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) add("peak/avx2", fma_avx2, kTurns * 12 * 8.0);
   if (__builtin_cpu_supports("avx512f")) add("peak/avx3", fma_avx512, kTurns * kSums * 16.0);
+  if (has_int16()) add("peak/avx3_int16", dot_int16, kTurns * kSums * 32.0);
   if (has_bf16()) add("peak/avx3_bf16", dot_bf16, kTurns * kSums * 32.0);
 }
 

@@ -155,7 +155,7 @@ class Report {
             "listed: the times that were asked for AMX (a peak of 1400 GMAC/s a core) hold in proportion.\n";
     Table t;
     t.columns = {"instructions", "GMAC/s"};
-    for (const char* isa : {"avx3_bf16", "avx3", "avx2"}) {
+    for (const char* isa : {"avx3_bf16", "avx3_int16", "avx3", "avx2"}) {
       if (const Entry* e = find(results_, std::string("peak/") + isa)) {
         peak_[isa] = e->number("MAC/s");
         t.rows.push_back({isa, {peak_[isa] * 1e-9, 0}});
@@ -299,7 +299,7 @@ class Report {
                           ms_cell(find(results_, step_name("race/race", samples, steps, 1, isa, true)), "p50_ms")});
     };
     for (const int steps_k : {10, 20, 30, 40}) row(2048, steps_k, best_);
-    for (const char* isa : {"avx3_bf16", "avx2", "neon", "sse4", "scalar", "emu128"})
+    for (const char* isa : {"avx3_int16", "avx2", "neon", "sse4", "scalar", "emu128"})
       if (best_ != isa) row(2048, 20, isa);
     table(t);
   }

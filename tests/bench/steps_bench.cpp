@@ -225,7 +225,7 @@ void register_steps() {
     for (const std::string& isa : kernels::available_isas())
       if (isa != best) add({"race", "race", isa, 2048, 20, 1, leave_out});
   }
-  if (kernels::bf16_available()) add({"race", "race", "avx3_bf16", 8192, 20, 1, true});
+  if (kernels::available(kernels::Arithmetic::kInt16)) add({"race", "race", "avx3_int16", 8192, 20, 1, true});
 }
 
 void register_vehicles() {

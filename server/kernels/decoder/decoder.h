@@ -15,8 +15,8 @@
 ///   a0 = e(p)  (p itself, or p and its sines and cosines),   a1 = relu(W1 a0 + b1),   a_{i+1} = relu(W_i a_i + b_i),
 ///   s = w a_n + b.
 /// Tolerance against reference.cpp with trained weights: |ds| <= 1e-4 m in single precision. Where the layers between
-/// the first and the last are bf16 (avx3_bf16) it is 0.03 m: at most 0.02 m was measured, 0.002 to 0.004 m rms, most of
-/// it from rounding activations. That is why avx3_bf16 is taken only when asked for.
+/// the first and the last are in 16-bit fixed point (avx3_int16, avx512_int16.cpp) it is 0.003 m within 10 m of the
+/// gate, as far as the planner asks: at most 0.002 m was measured, 0.0001 to 0.0004 m rms; it grows with the distance.
 namespace gatefield::kernels {
 
 /// Limits of what decode() takes; model::Bundle checks them.
@@ -32,9 +32,10 @@ struct PackedLayer {
   int outputs = 0;  ///< padded
   std::vector<float> weight;
   std::vector<float> bias;
-  /// Two inputs' weights as bf16, the even one in the lower half, [group of kNeuronGroup][pair of inputs][neuron];
-  /// empty on machines that don't multiply them, and for the first layer.
+  /// Two inputs' weights as 16-bit multiples of `unit`, the even one in the lower half, [group of kNeuronGroup][pair of
+  /// inputs][neuron]; empty on machines that don't multiply them, and for the first layer.
   std::vector<std::uint32_t> pairs;
+  float unit = 0.0f;
 };
 inline constexpr int kNeuronGroup = 8;
 

@@ -1,9 +1,10 @@
 #include <algorithm>
-#include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstddef>
 
 #include "server/kernels/decoder/decoder.h"
+#include "server/kernels/decoder/view.h"
 #include "server/kernels/isa.h"
 
 namespace gatefield::kernels {
@@ -64,19 +65,31 @@ void pack(const model::Dense& layer, PackedLayer* out) {
   }
 }
 
-/// Upper half of a float, rounded to nearest, ties to even.
-std::uint32_t bf16(float value) noexcept {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
-  return (bits + 0x7fffu + (bits >> 16 & 1u)) >> 16;
-}
-
+/// Weights in fixed point. The unit is the least with which no sum over a neuron's inputs can leave 32 bits, whatever
+/// activations up to kMostActivation are, and no weight 16.
 void pack_pairs(const model::Dense& layer, PackedLayer* out) {
+  double most = 0.0, most_sum = 0.0;
+  for (int i = 0; i < layer.outputs; ++i) {
+    double sum = 0.0;
+    for (int j = 0; j < layer.inputs; ++j) {
+      const double size = std::abs(double{layer.weight[at(i, layer.inputs, j)]});
+      most = std::max(most, size);
+      sum += size;
+    }
+    most_sum = std::max(most_sum, sum);
+  }
+  // Rounding adds half a unit to each weight at most.
+  const double sum_limit = 2147483647.0 / double{kMostActivation} - 0.5 * layer.inputs;
+  const double unit = std::max({most / 32767.0, most_sum / sum_limit, 1e-30});
+  out->unit = static_cast<float>(unit);
   const int pairs = (layer.inputs + 1) / 2;
   out->pairs.assign(at(out->outputs, pairs, 0), 0u);
   for (int i = 0; i < layer.outputs; ++i) {
     std::uint32_t* group = out->pairs.data() + at(i / kNeuronGroup * kNeuronGroup, pairs, 0);
     for (int j = 0; j < layer.inputs; ++j) {
-      group[at(j / 2, kNeuronGroup, i % kNeuronGroup)] |= bf16(layer.weight[at(i, layer.inputs, j)]) << (j % 2 * 16);
+      const auto value = static_cast<std::int16_t>(std::lrint(double{layer.weight[at(i, layer.inputs, j)]} / unit));
+      group[at(j / 2, kNeuronGroup, i % kNeuronGroup)] |= std::uint32_t{static_cast<std::uint16_t>(value)}
+                                                          << (j % 2 * 16);
     }
   }
 }
@@ -107,7 +120,7 @@ void fold(const model::DecoderWeights& weights, std::span<const float> latent, c
   out->packed.resize(out->layers.size());
   for (std::size_t i = 0; i < out->layers.size(); ++i) {
     pack(out->layers[i], &out->packed[i]);
-    if (i > 0 && bf16_available()) pack_pairs(out->layers[i], &out->packed[i]);
+    if (i > 0 && available(Arithmetic::kInt16)) pack_pairs(out->layers[i], &out->packed[i]);
   }
 }
 

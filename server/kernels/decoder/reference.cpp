@@ -9,7 +9,7 @@
 
 namespace gatefield::kernels {
 
-double decode_tolerance_m() noexcept { return bf16_active() ? 0.03 : 1e-4; }
+double decode_tolerance_m() noexcept { return decoder_arithmetic() == Arithmetic::kFp32 ? 1e-4 : 0.003; }
 
 void decode_reference(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
                       std::span<const float> z_W, std::span<float> sdf_m) noexcept {

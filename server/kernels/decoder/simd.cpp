@@ -9,7 +9,7 @@
 #include <hwy/foreach_target.h>  // must come before highway.h
 #include <hwy/highway.h>
 
-#include "server/kernels/decoder/encode-inl.h"
+#include "server/kernels/decoder/blocks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace gatefield::kernels {
@@ -115,23 +115,17 @@ HWY_NOINLINE void DecodeBlock(const DecoderView& net, const float* x_W, const fl
   for (std::size_t p = 0; p < kP; ++p) hn::StoreU(hn::Add(s[p], not_finite[p]), d, sdf + p * kLanes);
 }
 
+struct Block {
+  /// A vector that comes alone has no second one to share weights with: more neurons at a time instead.
+  template <std::size_t kP>
+  static HWY_INLINE void Run(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W, float* sdf) {
+    DecodeBlock<kP, kP == 1 ? 8 : kNeurons>(net, x_W, y_W, z_W, sdf);
+  }
+};
+
 void DecodeAll(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W, float* sdf,
                std::size_t count) {
-  std::size_t n = 0;
-  for (; n + kVectors * kLanes <= count; n += kVectors * kLanes) {
-    DecodeBlock<kVectors, kNeurons>(net, x_W + n, y_W + n, z_W + n, sdf + n);
-  }
-  for (; n + kLanes <= count; n += kLanes) DecodeBlock<1, 8>(net, x_W + n, y_W + n, z_W + n, sdf + n);
-  if (n < count) {
-    float part[4][kLanes] = {};
-    for (std::size_t i = 0; n + i < count; ++i) {
-      part[0][i] = x_W[n + i];
-      part[1][i] = y_W[n + i];
-      part[2][i] = z_W[n + i];
-    }
-    DecodeBlock<1, 8>(net, part[0], part[1], part[2], part[3]);
-    for (std::size_t i = 0; n + i < count; ++i) sdf[n + i] = part[3][i];
-  }
+  InBlocks<Block, kVectors, kLanes>(net, x_W, y_W, z_W, sdf, count);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -155,18 +149,19 @@ void decode(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<
   view.octaves = static_cast<std::size_t>(decoder.encoding_octaves);
   view.layer_count = decoder.packed.size();
   assert(view.layer_count >= 1 && view.layer_count <= kMaxLayers);
-  bool paired = view.layer_count >= 3;
   for (std::size_t i = 0; i < decoder.packed.size(); ++i) {
     const PackedLayer& layer = decoder.packed[i];
-    view.layers[i] = {layer.weight.data(), layer.bias.data(), layer.pairs.data(),
-                      static_cast<std::size_t>(layer.inputs), static_cast<std::size_t>(layer.outputs)};
-    paired = paired && (i == 0 || !layer.pairs.empty());
+    view.layers[i] = {layer.weight.data(),
+                      layer.bias.data(),
+                      layer.pairs.data(),
+                      layer.unit,
+                      static_cast<std::size_t>(layer.inputs),
+                      static_cast<std::size_t>(layer.outputs)};
   }
-#if GATEFIELD_AVX512_BF16
-  if (paired && bf16_active())
-    return decode_avx512_bf16(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
-#else
-  (void)paired;
+#if GATEFIELD_AVX512_INT16
+  // With one hidden layer there is nothing between the first and the last.
+  if (view.layer_count >= 3 && decoder_arithmetic() == Arithmetic::kInt16)
+    return decode_avx512_int16(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
 #endif
   HWY_DYNAMIC_DISPATCH(DecodeAll)(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
 }

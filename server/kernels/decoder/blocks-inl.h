@@ -1,10 +1,11 @@
-// What a decoder's first layer gets, for both decoders' kernels. Include it after hwy/highway.h.
+// What the decoder's kernels share: how points are cut into blocks, and what the first layer gets. Include it after
+// hwy/highway.h.
 
-#if defined(GATEFIELD_KERNELS_DECODER_ENCODE_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef GATEFIELD_KERNELS_DECODER_ENCODE_INL_H_
-#undef GATEFIELD_KERNELS_DECODER_ENCODE_INL_H_
+#if defined(GATEFIELD_KERNELS_DECODER_BLOCKS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef GATEFIELD_KERNELS_DECODER_BLOCKS_INL_H_
+#undef GATEFIELD_KERNELS_DECODER_BLOCKS_INL_H_
 #else
-#define GATEFIELD_KERNELS_DECODER_ENCODE_INL_H_
+#define GATEFIELD_KERNELS_DECODER_BLOCKS_INL_H_
 #endif
 
 #include <hwy/highway.h>
@@ -52,6 +53,28 @@ HWY_INLINE void Encode(D d, const DecoderView& net, const float* x_W, const floa
         cosine = next_cosine;
       }
     }
+  }
+}
+
+/// Any number of points through Block::Run<vectors>(): kVectors vectors at a time, then single ones, the last of them
+/// filled up.
+template <class Block, std::size_t kVectors, std::size_t kLanesPerVector>
+HWY_INLINE void InBlocks(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W, float* sdf,
+                         std::size_t count) {
+  std::size_t n = 0;
+  for (; n + kVectors * kLanesPerVector <= count; n += kVectors * kLanesPerVector)
+    Block::template Run<kVectors>(net, x_W + n, y_W + n, z_W + n, sdf + n);
+  for (; n + kLanesPerVector <= count; n += kLanesPerVector)
+    Block::template Run<1>(net, x_W + n, y_W + n, z_W + n, sdf + n);
+  if (n < count) {
+    float part[4][kLanesPerVector] = {};
+    for (std::size_t i = 0; n + i < count; ++i) {
+      part[0][i] = x_W[n + i];
+      part[1][i] = y_W[n + i];
+      part[2][i] = z_W[n + i];
+    }
+    Block::template Run<1>(net, part[0], part[1], part[2], part[3]);
+    for (std::size_t i = 0; n + i < count; ++i) sdf[n + i] = part[3][i];
   }
 }
 
