@@ -2,9 +2,7 @@
 
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
-#include <optional>
 #include <string>
 
 #include "common/base/random.h"
@@ -153,50 +151,6 @@ TEST_P(DecoderTest, GivesWhatThePlainNetworkGives) {
       ASSERT_NEAR(sdf[i], reference[i], decode_tolerance_m())
           << "first width " << (shape.hidden.empty() ? 0 : shape.hidden[0]);
     }
-  }
-}
-
-/// A shipped model and latents that its encoder gave: of its test case, and of that one mirrored and moved.
-struct Shipped {
-  explicit Shipped(const std::string& name) {
-    auto read = model::Bundle::read(std::string(GATEFIELD_SOURCE_DIR "/deploy/models/") + name);
-    EXPECT_TRUE(read.ok()) << read.error();
-    bundle.emplace(std::move(read).value());
-    std::vector<float> latent = bundle->networks().back().output.values;
-    latent.resize(static_cast<std::size_t>(bundle->decoder().latent_size));
-    const bool hyper = bundle->decoder().kind == DecoderKind::kHyper;
-    for (const float gain : {1.0f, 0.8f, 1.2f}) {
-      latents.push_back(latent);
-      for (std::size_t i = hyper ? 3 : 0; i < latent.size(); ++i) latents.back()[i] *= gain;
-      if (hyper) latents.back()[0] = 0.2f * gain, latents.back()[1] = -0.3f, latents.back()[2] = 4.0f * gain;
-    }
-  }
-  std::optional<model::Bundle> bundle;
-  std::vector<std::vector<float>> latents;
-};
-
-TEST_P(DecoderTest, ShippedWeightsKeepTheStatedTolerance) {
-  for (const char* name : {"race", "race-stereo", "race-z64", "paper"}) {
-    static std::map<std::string, Shipped> models;  // reading evaluates the networks: once is enough
-    const Shipped& shipped = models.try_emplace(name, name).first->second;
-    double worst = 0.0, squares = 0.0;
-    for (const std::vector<float>& latent : shipped.latents) {
-      FoldedDecoder folded;
-      fold(shipped.bundle->decoder(), latent, Eigen::Isometry3d::Identity(), &folded);
-      Points points(3000, 4, 5.7);  // a cube in the ball of 10 m around the gate
-      for (float& z : points.z) z = 2.0f * z - 5.7f + 4.0f;
-      std::vector<float> sdf(3000), reference(3000);
-      decode(folded, points.x, points.y, points.z, sdf);
-      decode_reference(folded, points.x, points.y, points.z, reference);
-      for (std::size_t i = 0; i < sdf.size(); ++i) {
-        const double error = std::abs(double{sdf[i]} - double{reference[i]});
-        worst = std::max(worst, error);
-        squares += error * error / 9000;
-      }
-    }
-    EXPECT_LE(worst, decode_tolerance_m()) << name;
-    RecordProperty(std::string("worst_m_") + name, std::to_string(worst));
-    RecordProperty(std::string("rms_m_") + name, std::to_string(std::sqrt(squares)));
   }
 }
 

@@ -17,6 +17,8 @@ TEST(Isa, ListsAtLeastThePortableOneAndNoneTwice) {
 #if defined(__x86_64__)
   EXPECT_THAT(isas, Contains("sse4"));
   EXPECT_THAT(isas.back(), testing::AnyOf("scalar", "emu128"));
+#elif defined(__aarch64__)
+  EXPECT_EQ(isas.front(), "neon");  // which every such machine has
 #endif
 }
 
