@@ -55,6 +55,10 @@ class All {
     return options_.only.empty() ||
            std::find(options_.only.begin(), options_.only.end(), part.name) != options_.only.end();
   }
+  bool round_wanted() const {
+    return std::any_of(recipe_.parts.begin(), recipe_.parts.end(),
+                       [&](const Part& part) { return wanted(part) && part.round_part > 0.0; });
+  }
   bool stereo_wanted() const {
     return std::any_of(recipe_.parts.begin(), recipe_.parts.end(),
                        [&](const Part& part) { return wanted(part) && part.stereo > 0.0; });
@@ -64,6 +68,12 @@ class All {
     if (const int code = generate_file(file("held-out.h5"), kHeldOutSeed, recipe_.held_out, options_.threads);
         code != 0)
       return code;
+    if (round_wanted()) {
+      if (const int code =
+              generate_file(file("held-out-round.h5"), kRoundHeldOutSeed, recipe_.held_out, options_.threads, 0, 1.0);
+          code != 0)
+        return code;
+    }
     if (!stereo_wanted()) return 0;
     if (const int code =
             stereo_file(file("stereo-train.h5"), kStereoTrainSeed, recipe_.stereo, options_.threads, recipe_.rooms);
@@ -83,7 +93,7 @@ class All {
     run.learning_rate = part.learning_rate;
     run.freeze_decoders = part.freeze_decoders;
     if (!part.start_from.empty()) run.start_from = options_.work / std::string(part.start_from) / "checkpoint.pt";
-    if (part.simulation > 0.0) run.data.push_back({{}, part.simulation});
+    if (part.simulation > 0.0) run.data.push_back({{}, part.simulation, part.round_part});
     if (part.stereo > 0.0) run.data.push_back({file("stereo-train.h5"), part.stereo});
     if (const int code = run_training(run); code != 0) return code;
     // Exported already from just this run, unless somebody changed it since.
@@ -109,7 +119,13 @@ class All {
     const fs::path report = bundle(part) / "evaluation" / "evaluation.txt";
     const fs::path manifest = bundle(part) / "manifest.txt";
     if (fs::exists(report) && fs::last_write_time(report) >= fs::last_write_time(manifest)) return 0;
-    return run_evaluation(evaluation_of(bundle(part)), report.parent_path());
+    EvaluateOptions evaluation = evaluation_of(bundle(part));
+    if (part.round_part > 0.0) {  // on square and on round gates, beside the model that it began with
+      evaluation.datasets.emplace_back("round gates", file("held-out-round.h5"));
+      const fs::path before = options_.out / std::string(part.start_from);
+      if (fs::exists(before / "manifest.txt")) evaluation.against.emplace_back(before);
+    }
+    return run_evaluation(evaluation, report.parent_path());
   }
 
   /// What both stages are worth on the second sensor, side by side.

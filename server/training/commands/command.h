@@ -14,6 +14,7 @@ inline constexpr int kStopped = 130;
 
 inline constexpr std::uint64_t kTrainSeed = 1;
 inline constexpr std::uint64_t kHeldOutSeed = 1'000'003;        ///< never trained on, never selected by
+inline constexpr std::uint64_t kRoundHeldOutSeed = 1'000'033;   ///< the same, all gates round
 inline constexpr std::uint64_t kSelectionSeed = 2'000'003;      ///< what designs are chosen by
 inline constexpr std::uint64_t kStereoTrainSeed = 21;           ///< rooms, textures and courses of the second sensor
 inline constexpr std::uint64_t kStereoHeldOutSeed = 1'000'021;  ///< others of them

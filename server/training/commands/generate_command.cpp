@@ -15,13 +15,15 @@
 
 namespace gatefield::training {
 
-int generate_file(const std::filesystem::path& file, std::uint64_t seed, std::uint64_t count, int threads, int points) {
+int generate_file(const std::filesystem::path& file, std::uint64_t seed, std::uint64_t count, int threads, int points,
+                  double round_part) {
   if (const Status made = make_folder(file.parent_path()); !made) return fail(made.error());
   DatasetOptions options;
   options.seed = seed;
   options.count = count;
   options.threads = threads;
   options.points = points;
+  options.round_part = round_part;
   ProgressLine line("generate");
   const Status made = generate_dataset(file, options, [&](const Progress& progress) {
     char rate[48];
@@ -43,6 +45,7 @@ void add_generate_command(CLI::App* app, int* exit_code) {
     int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     int sheet = 64;
     int points = 0;
+    double round_part = 0.0;
     bool statistics = false;
   };
   const auto options = std::make_shared<Options>();
@@ -59,11 +62,15 @@ void add_generate_command(CLI::App* app, int* exit_code) {
                    "elsewhere; ours draws them afresh at every pass")
       ->capture_default_str()
       ->check(CLI::Range(0, 1'000'000));
+  command->add_option("--round-part", options->round_part, "part of the gates whose opening is round")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
   command->add_flag("--statistics", options->statistics, "print what is in the set");
   command->add_option("--contact-sheet", options->sheet_file, "also write a PNG of some images");
   command->add_option("--contact-sheet-images", options->sheet)->capture_default_str()->check(CLI::Range(1, 1000));
   command->callback([options, exit_code] {
-    *exit_code = generate_file(options->file, options->seed, options->samples, options->threads, options->points);
+    *exit_code = generate_file(options->file, options->seed, options->samples, options->threads, options->points,
+                               options->round_part);
     if (*exit_code != 0 || (options->sheet_file.empty() && !options->statistics)) return;
     const auto dataset = Dataset::open(options->file);
     if (!dataset) {

@@ -16,6 +16,7 @@ struct Part {
   std::uint64_t images = 0;  ///< image passes
   double learning_rate = 2e-3;
   double simulation = 1.0;           ///< part of the images from simulation
+  double round_part = 0.0;           ///< of the gates there
   double stereo = 0.0;               ///< and from the second sensor
   std::string_view start_from = {};  ///< another part that this one begins with; empty = random weights
   bool freeze_decoders = false;
@@ -26,7 +27,7 @@ struct Part {
 struct Recipe {
   std::string_view name;
   std::string_view says;
-  std::uint64_t held_out = 0;         ///< simulated images to evaluate on
+  std::uint64_t held_out = 0;         ///< simulated images to evaluate on; as many with round gates where these count
   std::uint64_t stereo = 0;           ///< pairs of the second sensor to train on
   std::uint64_t stereo_held_out = 0;  ///< pairs in other rooms to evaluate on
   std::uint64_t rooms = 25;           ///< that each of these two sets shows

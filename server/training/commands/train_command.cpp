@@ -93,6 +93,7 @@ void add_train_command(CLI::App* app, int* exit_code) {
     std::string design{designs().front().name};
     std::vector<std::string> data;
     std::vector<double> parts;
+    double round_part = 0.0;
     std::filesystem::path noise;
   };
   const auto options = std::make_shared<Options>();
@@ -101,6 +102,9 @@ void add_train_command(CLI::App* app, int* exit_code) {
   command->add_option("--data", options->data, "data set, or the word endless: rendered as needed; several are mixed")
       ->required();
   command->add_option("--part", options->parts, "which part of the images each data set gives, e.g. 0.5 0.5");
+  command->add_option("--round-part", options->round_part, "part of the gates in endless images whose opening is round")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
   command->add_option("--run", run.folder, "folder of checkpoint.pt and log.csv")->required();
   command->add_option("--bundle", run.bundle_folder, "export here at every checkpoint");
   command->add_option("--name", run.name, "of the bundle")->capture_default_str();
@@ -126,8 +130,8 @@ void add_train_command(CLI::App* app, int* exit_code) {
       return;
     }
     for (std::size_t i = 0; i < options->data.size(); ++i)
-      options->run.data.push_back(
-          {options->data[i] == "endless" ? std::string() : options->data[i], parts.empty() ? 1.0 : parts[i]});
+      options->run.data.push_back({options->data[i] == "endless" ? std::string() : options->data[i],
+                                   parts.empty() ? 1.0 : parts[i], options->round_part});
     options->run.design = find_design(options->design).value();
     if (!options->noise.empty()) {
       const auto noise = config::load_sensor_noise(options->noise);

@@ -97,9 +97,9 @@ const CameraModel& dataset_camera();
 
 /// Makes sample `index` of the set named by `seed`, from (seed, index) alone: poses all over the approach volume of a
 /// target gate (0.4 to 10 m, up to 80 deg off its axis from either side, attitudes as in racing), one to four gates,
-/// clutter; about a fifth of the samples show no valid gate. Thread-safe:
-/// yes.   Real-time safe: no.
-Sample generate(std::uint64_t seed, std::uint64_t index);
+/// clutter; about a fifth of the samples show no valid gate.
+/// @param round_part of the gates have round openings. Thread-safe: yes.   Real-time safe: no.
+Sample generate(std::uint64_t seed, std::uint64_t index, double round_part = 0.0);
 
 /// The part of 64 points on the frame's midline (half-way between inner and outer edge, x = 0) that the image shows:
 /// inside the image and the depth range, with the image's depth within 0.15 m of the point's.
@@ -137,7 +137,8 @@ struct DatasetInfo {
   DatasetKind kind = DatasetKind::kSimulation;
   std::uint64_t seed = 0;
   std::uint64_t first_index = 0;
-  std::string note = {};  ///< for people
+  std::string note = {};    ///< for people
+  double round_part = 0.0;  ///< of the simulated gates
 };
 
 /// What a set has beside what its kind has in any case.
@@ -201,6 +202,7 @@ struct DatasetOptions {
   std::uint64_t first_index = 0;  ///< record i of the file is generate(seed, first_index + i)
   std::uint64_t count = 250'000;
   int threads = 2;
+  double round_part = 0.0;  ///< of the gates, 0 to 1; another one makes another set
   int points = 0;  ///< stored query points an image (SamplingMix's defaults); 0: none, ours are drawn at every pass
 };
 

@@ -344,6 +344,10 @@ Result<DatasetWriter> DatasetWriter::open(const fs::path& file, const DatasetInf
                                 std::to_string(found.first_index) + ", expected seed " + std::to_string(info.seed) +
                                 " from index " + std::to_string(info.first_index));
   }
+  if (found.round_part != info.round_part) {
+    return file_error(file, "has a part of " + std::to_string(found.round_part) + " round gates, expected " +
+                                std::to_string(info.round_part));
+  }
   if (state->layout.columns.points != columns.points) {
     return file_error(file, "has " + std::to_string(state->layout.columns.points) +
                                 " stored points an image, expected " + std::to_string(columns.points));

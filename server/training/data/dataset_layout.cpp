@@ -471,6 +471,8 @@ Status create_file(const std::filesystem::path& path, const DatasetInfo& info, c
             write_text(file, "kind", name(info.kind)) && write_u64(file, "seed", info.seed) &&
             write_u64(file, "first_index", info.first_index) && write_text(file, "note", info.note) &&
             create_camera(file) && create_written(file);
+  // Left out of sets of square gates, which so have the bytes that they always had.
+  if (info.round_part > 0.0) ok = ok && write_f64(file, "round_part", info.round_part);
   const auto shapes = column_shapes(columns.points);
   const auto present = columns_of(info.kind, columns);
   for (std::size_t i = 0; i < kColumns; ++i) ok = ok && (!present[i] || create_column(file, shapes[i]));
@@ -513,6 +515,13 @@ Result<DatasetLayout> read_layout(const std::filesystem::path& path) {
     auto note = read_text(path, file, "note");
     if (!note) return Error{note.error()};
     layout.info.note = std::move(note).value();
+  }
+  if (H5Aexists(file, "round_part") > 0) {
+    const auto part = read_number(path, file, "", "round_part");
+    if (!part) return Error{part.error()};
+    if (!(*part >= 0.0 && *part <= 1.0))
+      return file_error(path, "attribute round_part is " + std::to_string(*part) + ", expected 0 to 1");
+    layout.info.round_part = *part;
   }
   if (const Status camera = check_camera(path, file); !camera) return Error{camera.error()};
 

@@ -73,7 +73,9 @@ void add_stand(const scene::Gate& gate, double floor_z_m, Random* random, std::v
   const double yaw = std::atan2(gate.X_WG.linear()(1, 0), gate.X_WG.linear()(0, 0));
   const double leg_y_m = two_legs ? outer_m - random->uniform(0.03, 0.25) : 0.0;
   for (const double side : {1.0, -1.0}) {
-    const Vector3d top_W = gate.X_WG * Vector3d(0, side * leg_y_m, -outer_m + 0.02);
+    const double lower_edge_m =
+        gate.shape.opening == GateShape::Opening::kRound ? std::sqrt(outer_m * outer_m - leg_y_m * leg_y_m) : outer_m;
+    const Vector3d top_W = gate.X_WG * Vector3d(0, side * leg_y_m, -lower_edge_m + 0.02);
     const double height_m = top_W.z() - floor_z_m;
     if (height_m > 0.05) {
       scene::Box leg{.X_WO = pose({top_W.x(), top_W.y(), floor_z_m + 0.5 * height_m}, yaw, 0, 0),

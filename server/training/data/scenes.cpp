@@ -209,9 +209,23 @@ double fraction_in_image(const CameraModel& camera, const scene::Gate& gate, con
   return seen / 16.0;
 }
 
+/// The numbers that openings are drawn with: named by what `random` would give next, without taking anything from it.
+Random opening_stream(Random random) {
+  constexpr std::uint64_t kStream = 0x726F756E64;
+  const std::uint64_t high = random.bits();
+  return Random(high << 32 | random.bits(), kStream);
+}
+
+void draw_openings(double round_part, Random* openings, std::vector<scene::Gate>* gates) {
+  for (scene::Gate& gate : *gates) {
+    if (openings->chance(round_part)) gate.shape.opening = GateShape::Opening::kRound;
+  }
+}
+
 }  // namespace
 
-Scenario draw_scenario(const CameraModel& camera, Random* random) {
+Scenario draw_scenario(const CameraModel& camera, Random* random, const SceneOptions& options) {
+  Random openings = opening_stream(*random);
   Scenario scenario;
   scene::World& world = scenario.world;
 
@@ -243,6 +257,7 @@ Scenario draw_scenario(const CameraModel& camera, Random* random) {
     add_other_gates(others, random, &world.gates);
   }
   scenario.gates = world.gates.size();
+  draw_openings(options.round_part, &openings, &world.gates);
   for (scene::Gate& gate : world.gates) {
     // Raised when another gate's height or tilt would put its lower edge far into the floor.
     const double lowest_m = floor_z_m + gate.shape.outer_half_m;
@@ -254,6 +269,7 @@ Scenario draw_scenario(const CameraModel& camera, Random* random) {
   if (random->chance(gate_free ? 0.5 : 0.18)) {
     std::vector<scene::Gate> wrong;
     add_wrong_gates(world.gates, random, &wrong);
+    draw_openings(options.round_part, &openings, &wrong);
     world.gates.insert(world.gates.end(), wrong.begin(), wrong.end());
   }
 

@@ -21,9 +21,14 @@ struct Scenario {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
 };
 
+struct SceneOptions {
+  double round_part = 0.0;  ///< of the gates, those of the wrong size too: 0 (all square) to 1 (all round)
+};
+
 /// Draws gates, stands, rooms, clutter and a camera pose all over the approach volume at racing attitudes; about a
-/// fifth of the scenarios is meant to show no gate. Thread-safe: yes (each thread with its own `random`).   Real-time
-/// safe: no.
-Scenario draw_scenario(const CameraModel& camera, Random* random);
+/// fifth of the scenarios is meant to show no gate. Which gates are round is drawn beside the rest: with another
+/// round_part it is the same world and about the same view. Thread-safe: yes (each thread with its own `random`).
+/// Real-time safe: no.
+Scenario draw_scenario(const CameraModel& camera, Random* random, const SceneOptions& options = {});
 
 }  // namespace gatefield::training

@@ -127,7 +127,7 @@ DatasetStatistics count_statistics(const Dataset& dataset, std::uint64_t limit) 
     }
     if (dataset.kind() == DatasetKind::kSimulation) {
       Random random(dataset.seed(), dataset.first_index() + index);
-      const Scenario scenario = draw_scenario(camera, &random);
+      const Scenario scenario = draw_scenario(camera, &random, {.round_part = dataset.info().round_part});
       bool shown = false;
       for (std::size_t g = scenario.gates; g < scenario.world.gates.size(); ++g) {
         const scene::Gate& wrong = scenario.world.gates[g];

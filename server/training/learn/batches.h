@@ -88,7 +88,8 @@ struct Batch {
 struct Source {
   const Dataset* dataset = nullptr;  ///< nullptr: rendered when they are needed, each one new
   double part = 1.0;
-  std::uint64_t seed = 1;  ///< of the rendered ones
+  std::uint64_t seed = 1;   ///< of the rendered ones
+  double round_part = 0.0;  ///< of their gates
 };
 
 /// Makes batch `step`: a function of (sources, options, step) alone, whichever thread computes it.

@@ -83,9 +83,16 @@ Result<bool> train(const TrainRun& run) {
     if (!(data.part > 0.0))
       return Error{"part of data set '" + data.file.string() + "' is " + std::to_string(data.part) +
                    ", expected more than 0"};
+    if (!(data.round_part >= 0.0 && data.round_part <= 1.0))
+      return Error{"part of round gates is " + std::to_string(data.round_part) + ", expected 0 to 1"};
     if (data.file.empty()) {
-      sources.push_back({nullptr, data.part, run.seed});
+      sources.push_back({nullptr, data.part, run.seed, data.round_part});
       said += "images rendered as they are needed; ";
+      if (data.round_part > 0.0) {
+        char part[48];
+        std::snprintf(part, sizeof part, "%.0f %% of their gates round; ", 100.0 * data.round_part);
+        said += part;
+      }
       continue;
     }
     auto dataset = Dataset::open(data.file);

@@ -19,6 +19,7 @@ struct TrainRun {
   struct Data {
     std::filesystem::path file;  ///< empty: simulation without end, every image rendered when it is needed
     double part = 1.0;           ///< of the images, relative to the sum over all
+    double round_part = 0.0;     ///< of the rendered images' gates; a file has its own
   };
   std::vector<Data> data;
   std::filesystem::path folder;         ///< checkpoint.pt, log.csv

@@ -95,6 +95,25 @@ TEST(Generate, CoversTheApproachVolume) {
   EXPECT_GT(partial, 0.10 * kSamples);
 }
 
+TEST(Generate, DrawsRoundGatesOnlyWhenAskedAndTheRestAsBefore) {
+  const auto is_round = [](const GateLabel& gate) { return gate.shape.opening == GateShape::Opening::kRound; };
+  int gates = 0, round = 0, same_view = 0;
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    const Sample square = generate(5, i), mixed = generate(5, i, 0.5), all = generate(5, i, 1.0);
+    ASSERT_EQ(square.gate_count, all.gate_count);
+    for (int g = 0; g < square.gate_count; ++g) {
+      const auto k = static_cast<std::size_t>(g);
+      EXPECT_FALSE(is_round(square.gates[k]));
+      EXPECT_TRUE(is_round(all.gates[k]));
+      round += is_round(mixed.gates[k]) ? 1 : 0;
+      ++gates;
+    }
+    same_view += square.X_WC->isApprox(*all.X_WC) ? 1 : 0;
+  }
+  EXPECT_NEAR(round, 0.5 * gates, 2.5 * std::sqrt(0.25 * gates));
+  EXPECT_GT(same_view, 270);  // else a ring leaves room where a square does not, or the other way round
+}
+
 TEST(Generate, ValidGatesComeFirstAndNearestFirst) {
   for (std::uint64_t i = 0; i < 300; ++i) {
     const Sample sample = generate(2, i);
@@ -374,6 +393,16 @@ TEST_F(DatasetFile, RefusesAnotherSetsFile) {
   const Status status = generate_dataset(file(), {.seed = 9, .count = 2});
   ASSERT_FALSE(status.ok());
   EXPECT_THAT(status.error(), testing::AllOf(testing::HasSubstr("seed 8"), testing::HasSubstr("seed 9")));
+}
+
+TEST_F(DatasetFile, RemembersItsPartOfRoundGates) {
+  ASSERT_TRUE(generate_dataset(file(), {.seed = 8, .count = 3, .round_part = 0.5}).ok());
+  const auto dataset = Dataset::open(file());
+  ASSERT_TRUE(dataset.ok()) << dataset.error();
+  EXPECT_EQ(dataset->info().round_part, 0.5);
+  EXPECT_TRUE(same(dataset->at(2), generate(8, 2, 0.5).view()));
+  EXPECT_THAT(generate_dataset(file(), {.seed = 8, .count = 4}).error(),
+              testing::HasSubstr("has a part of 0.500000 round gates, expected 0.000000"));
 }
 
 TEST_F(DatasetFile, SaysWhatIsWrongWithAFile) {
