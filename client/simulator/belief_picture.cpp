@@ -1,7 +1,6 @@
 #include "client/simulator/belief_picture.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 
@@ -73,11 +72,11 @@ void draw_belief(Canvas* canvas, const View& view, const GateShape& shape, const
   const cv::Scalar color = step.seen ? cv::Scalar(230, 160, 60) : kNominal;
   const cv::Scalar faded = color + (cv::Scalar(255, 255, 255) - color) * (0.75 * age);
   const auto at = [&](double x, double y, double z) { return Eigen::Vector3d(X_WG * Eigen::Vector3d(x, y, z)); };
-  const double c = shape.inner_half_m;
-  const std::array corners{at(0, -c, -c), at(0, c, -c), at(0, c, c), at(0, -c, c), at(0, -c, -c)};
-  for (std::size_t i = 1; i < corners.size(); ++i)
-    if (view.shows(corners[i - 1]) && view.shows(corners[i]))
-      canvas->line(view(corners[i - 1]), view(corners[i]), faded, 1.8);
+  const std::vector<Eigen::Vector3d> edge = opening_edge_W(shape, X_WG);
+  for (std::size_t i = 0; i < edge.size(); ++i) {
+    const Eigen::Vector3d &from = edge[i], &to = edge[(i + 1) % edge.size()];
+    if (view.shows(from) && view.shows(to)) canvas->line(view(from), view(to), faded, 1.8);
+  }
   if (view.shows(at(0, 0, 0)) && view.shows(at(0.5, 0, 0)))
     canvas->line(view(at(0, 0, 0)), view(at(0.5, 0, 0)), faded, 1.2);
 }
@@ -143,7 +142,7 @@ Status write_end_picture(const std::filesystem::path& file, const config::Scenar
     for (const trace::Step& step : trace) {
       const double age = (end_s - race_time_s(step)) / kShown_s;
       if (static_cast<int>(step.waypoint) == gate && !step.hold && age >= 0 && age <= 1)
-        draw_belief(&canvas, view, scenario.track.course.gate, step, age);
+        draw_belief(&canvas, view, protocol::gate_shape(scenario.track.course, step.waypoint), step, age);
     }
     draw_nominal(&canvas, view, scenario.track);
     draw_path(&canvas, view, report, end_s - kShown_s, end_s, 3.0);
@@ -232,7 +231,7 @@ Status write_approach_picture(const std::filesystem::path& file, const config::S
     view.draw_axes(caption, "x [m]", moment == 0 ? "y [m]" : "");
     for (const trace::Rollout& rollout : step.rollouts) draw_rollout(&canvas, view, step.p_W, rollout, 1.0);
     draw_world(&canvas, view, world);
-    draw_belief(&canvas, view, scenario.track.course.gate, step, 0.0);
+    draw_belief(&canvas, view, protocol::gate_shape(scenario.track.course, step.waypoint), step, 0.0);
     draw_path(&canvas, view, report, 0.0, race_time_s(step), 1.6);
     draw_nominal(&canvas, view, scenario.track);
   }

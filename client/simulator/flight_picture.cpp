@@ -90,9 +90,7 @@ void draw_path(Canvas* canvas, const View& view, const config::Scenario& scenari
 /// The gates of one flight among many: the fainter, the more there are.
 void draw_gates(Canvas* canvas, const View& view, const scene::World& world, double opacity) {
   for (const auto& gate : world.gates) {
-    const double c = gate.shape.inner_half_m;
-    const auto at = [&](double y, double z) { return view(gate.X_WG * Eigen::Vector3d(0, y, z)); };
-    canvas->polygon({at(-c, -c), at(c, -c), at(c, c), at(-c, c)}, kOpening, 0.3 * opacity);
+    fill_opening(canvas, view, gate, 0.3 * opacity);
     for (const auto& piece : scene::frame_boxes(gate)) view.draw_box(piece, kFrame, opacity);
   }
 }

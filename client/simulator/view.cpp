@@ -1,6 +1,7 @@
 #include "client/simulator/view.h"
 
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 namespace gatefield::simulator {
@@ -43,13 +44,33 @@ Eigen::Vector3d inside(const config::Track& track, const Eigen::Vector3d& p_W) {
   return p_W.cwiseMax(track.flight_volume.min()).cwiseMin(track.flight_volume.max());
 }
 
+std::vector<Eigen::Vector3d> opening_edge_W(const GateShape& shape, const Eigen::Isometry3d& X_WG) {
+  const double c = shape.inner_half_m;
+  if (shape.opening == GateShape::Opening::kSquare)
+    return {X_WG * Eigen::Vector3d(0, -c, -c), X_WG * Eigen::Vector3d(0, c, -c), X_WG * Eigen::Vector3d(0, c, c),
+            X_WG * Eigen::Vector3d(0, -c, c)};
+  constexpr int kCorners = 32;
+  std::vector<Eigen::Vector3d> edge;
+  for (int i = 0; i < kCorners; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kCorners;
+    edge.push_back(X_WG * Eigen::Vector3d(0, c * std::cos(angle), c * std::sin(angle)));
+  }
+  return edge;
+}
+
+void fill_opening(Canvas* canvas, const View& view, const scene::Gate& gate, double opacity) {
+  std::vector<Eigen::Vector2d> polygon;
+  for (const Eigen::Vector3d& p_W : opening_edge_W(gate.shape, gate.X_WG)) polygon.push_back(view(p_W));
+  canvas->polygon(polygon, kOpening, opacity);
+}
+
 void draw_world(Canvas* canvas, const View& view, const scene::World& world) {
   for (const auto& box : world.boxes) view.draw_box(box, kClutter, 0.45);
   for (const auto& gate : world.gates) {
     if (!view.shows(gate.X_WG.translation())) continue;
     const double c = gate.shape.inner_half_m, outer = gate.shape.outer_half_m;
     const auto at = [&](double y, double z) { return view(gate.X_WG * Eigen::Vector3d(0, y, z)); };
-    canvas->polygon({at(-c, -c), at(c, -c), at(c, c), at(-c, c)}, kOpening, 0.2);  // where one may pass
+    fill_opening(canvas, view, gate, 0.2);  // where one may pass
     for (const auto& piece : scene::frame_boxes(gate)) view.draw_box(piece, kFrame, 0.6);
     if (!view.edge_on(gate.X_WG.linear().col(0))) continue;
     // Seen from its edge a gate is a line: green where one may pass, thick and dark where one may not.

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 #include <string>
+#include <vector>
 
 #include "client/simulator/canvas.h"
 #include "common/config/scenario.h"
@@ -60,6 +61,10 @@ class View {
 
 /// Nearest point of the flight volume: a vehicle that ran away does not shrink the picture to nothing.
 Eigen::Vector3d inside(const config::Track& track, const Eigen::Vector3d& p_W);
+
+/// Corners around a gate's opening: four, or 32 on the circle of a round one.
+std::vector<Eigen::Vector3d> opening_edge_W(const GateShape& shape, const Eigen::Isometry3d& X_WG);
+void fill_opening(Canvas* canvas, const View& view, const scene::Gate& gate, double opacity);
 
 /// Obstacles and true gates, their openings in green. Gates that the view doesn't show are left out.
 void draw_world(Canvas* canvas, const View& view, const scene::World& world);

@@ -34,6 +34,10 @@ Status check_point(const std::string& field, const Eigen::Vector3d& p) {
   return Error{field + " is " + text(p) + ", expected finite coordinates within 10 km"};
 }
 
+GateShape::Opening opening_of(GateSpec::Opening opening) {
+  return opening == GateSpec::ROUND ? GateShape::Opening::kRound : GateShape::Opening::kSquare;
+}
+
 Status add_waypoint(const WaypointSpec& spec, const std::string& field, protocol::Course* course) {
   protocol::Waypoint waypoint;
   waypoint.p_W = to_vector(spec.position());
@@ -49,6 +53,8 @@ Status add_waypoint(const WaypointSpec& spec, const std::string& field, protocol
       return Error{field + ".direction is " + text(direction) + ", expected a finite vector that is not zero"};
     waypoint.direction_W = direction.normalized();
   }
+  // `gate` is read before: see convert().
+  waypoint.other_opening = spec.has_opening() && opening_of(spec.opening()) != course->gate.opening;
   course->waypoints.push_back(waypoint);
   return {};
 }
@@ -113,6 +119,7 @@ Status convert(const CourseFile& spec, Track* track) {
   if (spec.waypoint_size() < 1 || spec.waypoint_size() > protocol::kMaxWaypoints)
     return Error{"waypoint is given " + std::to_string(spec.waypoint_size()) + " times, expected 1 to " +
                  std::to_string(protocol::kMaxWaypoints)};
+  track->course.gate.opening = opening_of(spec.gate().opening());
   for (int i = 0; i < spec.waypoint_size(); ++i)
     if (auto status = add_waypoint(spec.waypoint(i), "waypoint[" + std::to_string(i) + "]", &track->course); !status)
       return status;
@@ -120,7 +127,6 @@ Status convert(const CourseFile& spec, Track* track) {
   track->course.laps = spec.laps();
   track->course.closed = spec.closed();
   GateShape& gate = track->course.gate;
-  gate.opening = spec.gate().opening() == GateSpec::ROUND ? GateShape::Opening::kRound : GateShape::Opening::kSquare;
   gate.inner_half_m = spec.gate().inner_half_m();
   gate.outer_half_m = spec.gate().outer_half_m();
   gate.thickness_m = spec.gate().thickness_m();
@@ -193,7 +199,7 @@ scene::World nominal_world(const Track& track) {
   scene::World world;
   for (std::size_t i = 0; i < track.course.waypoints.size(); ++i)
     world.gates.push_back({gate_pose(track.course.waypoints[i].p_W, passing_direction(track.course, i)),
-                           track.course.gate, track.gate_reflectance});
+                           protocol::gate_shape(track.course, i), track.gate_reflectance});
   world.boxes = track.clutter;
   world.has_floor = track.has_floor;
   world.floor_z_m = track.floor_z_m;

@@ -105,11 +105,15 @@ void from_wire(const wire::Camera& in, CameraModel* out) {
     out->X_BC.linear().setZero();
 }
 
+/// Of a direction, when the gate's opening is of the other kind than gate_opening. A power of two: nothing is rounded.
+constexpr double kOtherOpeningLength = 2.0;
+
 void to_wire(const protocol::Course& in, wire::Course* out) {
   out->waypoints().resize(in.waypoints.size());
   for (std::size_t i = 0; i < in.waypoints.size(); ++i) {
     put(in.waypoints[i].p_W, &out->waypoints()[i].p_W());
-    put(in.waypoints[i].direction_W, &out->waypoints()[i].direction_W());
+    const double length = in.waypoints[i].other_opening ? kOtherOpeningLength : 1.0;
+    put(Eigen::Vector3d(length * in.waypoints[i].direction_W), &out->waypoints()[i].direction_W());
   }
   out->laps(to_unsigned(in.laps));
   out->closed(in.closed);
@@ -123,7 +127,11 @@ void from_wire(const wire::Course& in, protocol::Course* out) {
   out->waypoints.resize(in.waypoints().size());
   for (std::size_t i = 0; i < in.waypoints().size(); ++i) {
     get(in.waypoints()[i].p_W(), &out->waypoints[i].p_W);
-    get(in.waypoints()[i].direction_W(), &out->waypoints[i].direction_W);
+    protocol::Waypoint& waypoint = out->waypoints[i];
+    get(in.waypoints()[i].direction_W(), &waypoint.direction_W);
+    // Other lengths stay as they are: validate() refuses them.
+    waypoint.other_opening = std::abs(waypoint.direction_W.norm() - kOtherOpeningLength) <= 1e-3 * kOtherOpeningLength;
+    if (waypoint.other_opening) waypoint.direction_W /= kOtherOpeningLength;
   }
   out->laps = to_int(in.laps());
   out->closed = in.closed();

@@ -135,6 +135,8 @@ Status validate(const Course& course) {
     if (!waypoint.direction_W.allFinite() ||
         (!waypoint.direction_W.isZero(0.0) && std::abs(waypoint.direction_W.norm() - 1.0) > kUnitTolerance))
       return wrong(field("direction_W"), text(waypoint.direction_W), "a unit vector, or zero when not known");
+    if (waypoint.other_opening && waypoint.direction_W.isZero(0.0))
+      return wrong(field("direction_W"), "zero", "a unit vector, since the gate's opening is not that of course.gate");
   }
   if (course.laps < 1 || course.laps > kMaxLaps)
     return wrong("course.laps", text_of(course.laps), "1 to " + std::to_string(kMaxLaps));

@@ -76,7 +76,7 @@ int run(const Arguments& arguments) {
   };
   factories.memory = [&](const protocol::SessionRequest& request) { return make_memory(*kind, request, *scenario); };
   factories.encoder = [&]() -> Result<std::unique_ptr<perception::DepthEncoder>> {
-    return make_encoder(*kind, scenario->track.course.gate);
+    return make_encoder(*kind, scenario->track.course);
   };
 
   sigset_t ending;  // taken by this thread alone; all others inherit the mask

@@ -20,7 +20,7 @@ constexpr float kValid = 1.0f;
 /// The filter and the rules of the product around poses that come from elsewhere.
 class PoseMemory : public service::Memory {
  public:
-  explicit PoseMemory(const protocol::Course& course) : shape_(course.gate), records_(course) {}
+  explicit PoseMemory(const protocol::Course& course) : course_(course), records_(course) {}
 
   Eigen::Vector3d expected_center_W(std::uint32_t waypoint) const noexcept override {
     return records_.expected_center_W(waypoint);
@@ -34,13 +34,13 @@ class PoseMemory : public service::Memory {
   Outcome take(std::uint32_t waypoint, perception::GateMeasurement measurement, Stamp capture) {
     const auto X_WG = records_.take(waypoint, &measurement, capture);
     if (!X_WG) return Outcome::kOutlier;
-    records_.gate(waypoint).field.stand_in = std::make_shared<planner::AnalyticField>(*X_WG, shape_);
+    records_.gate(waypoint).field.stand_in = std::make_shared<planner::AnalyticField>(*X_WG, shape(waypoint));
     return Outcome::kTaken;
   }
-  const GateShape& shape() const noexcept { return shape_; }
+  GateShape shape(std::uint32_t waypoint) const { return protocol::gate_shape(course_, waypoint); }
 
  private:
-  GateShape shape_;
+  protocol::Course course_;
   perception::GateRecords records_;
 };
 
@@ -78,20 +78,20 @@ class Truth final : public PoseMemory {
                   Stamp capture) override {
     if (waypoint >= world_.gates.size()) return Outcome::kNotValid;
     const Eigen::Isometry3d& X_WG = world_.gates[waypoint].X_WG;
-    if (!shown(encoding.latent, X_WC.inverse() * X_WG)) return Outcome::kNotValid;
+    if (!shown(encoding.latent, shape(waypoint), X_WC.inverse() * X_WG)) return Outcome::kNotValid;
     return take(waypoint, {X_WG, 0.01, 0.01}, capture);
   }
 
  private:
-  bool shown(std::span<const float> depth_m, const Eigen::Isometry3d& X_CG) const {
+  bool shown(std::span<const float> depth_m, const GateShape& shape, const Eigen::Isometry3d& X_CG) const {
     if (depth_m.size() != static_cast<std::size_t>(camera_.width_px * camera_.height_px)) return false;
     constexpr int kPoints = 64;
-    const double middle_m = 0.5 * (shape().inner_half_m + shape().outer_half_m);
+    const double middle_m = 0.5 * (shape.inner_half_m + shape.outer_half_m);
     int seen = 0;
     for (int i = 0; i < kPoints; ++i) {
       const double angle = 2.0 * std::numbers::pi * (i + 0.5) / kPoints;
       Eigen::Vector3d p_G(0, std::cos(angle), std::sin(angle));
-      const bool square = shape().opening == GateShape::Opening::kSquare;
+      const bool square = shape.opening == GateShape::Opening::kSquare;
       p_G *= middle_m / (square ? p_G.cwiseAbs().maxCoeff() : 1.0);
       const Eigen::Vector3d p_C = X_CG * p_G;
       if (!camera_.sees(p_C)) continue;
@@ -126,16 +126,29 @@ class NoEyes final : public perception::DepthEncoder {
 
 class Classical final : public perception::DepthEncoder {
  public:
-  explicit Classical(const GateShape& shape) : detector_(shape) {}
+  /// One detector for each kind of gate on the course; what scores best is what is seen.
+  explicit Classical(const protocol::Course& course) {
+    for (const bool other : {false, true}) {
+      for (std::size_t i = 0; i < course.waypoints.size(); ++i) {
+        if (course.waypoints[i].other_opening != other) continue;
+        detectors_.emplace_back(protocol::gate_shape(course, i));
+        break;
+      }
+    }
+  }
   std::optional<perception::Encoding> encode(std::span<const float> depth_m, const CameraModel& camera,
                                              const std::optional<Eigen::Vector3d>& prior_C) override {
-    const auto found = detector_.detect(depth_m, camera, prior_C);
+    std::optional<Detection> found;
+    for (ClassicalDetector& detector : detectors_) {
+      const auto detection = detector.detect(depth_m, camera, prior_C);
+      if (detection && (!found || detection->score > found->score)) found = detection;
+    }
     if (!found) return std::nullopt;
     return perception::Encoding{latent_of(found->X_CG), found->X_CG.translation().cast<float>(), kValid, 0.0f};
   }
 
  private:
-  ClassicalDetector detector_;
+  std::vector<ClassicalDetector> detectors_;
 };
 
 }  // namespace
@@ -158,14 +171,14 @@ const char* name(Kind kind) noexcept {
   return "";
 }
 
-std::unique_ptr<perception::DepthEncoder> make_encoder(Kind kind, const GateShape& shape) {
+std::unique_ptr<perception::DepthEncoder> make_encoder(Kind kind, const protocol::Course& course) {
   switch (kind) {
     case Kind::kNone:
       return std::make_unique<NoEyes>();
     case Kind::kTruePose:
       return std::make_unique<WholeImage>();
     case Kind::kClassical:
-      return std::make_unique<Classical>(shape);
+      return std::make_unique<Classical>(course);
   }
   return nullptr;
 }

@@ -91,7 +91,9 @@ void GateRecords::snapshot(std::uint32_t target, std::uint32_t next, MemorySnaps
 }
 
 GateMemory::GateMemory(const model::Bundle& bundle, const protocol::Course& course)
-    : bundle_(&bundle), shape_(course.gate), records_(course) {}
+    : bundle_(&bundle), records_(course) {
+  for (std::size_t i = 0; i < course.waypoints.size(); ++i) shapes_.push_back(protocol::gate_shape(course, i));
+}
 
 Eigen::Vector3d GateMemory::expected_center_W(std::uint32_t waypoint) const noexcept {
   return records_.expected_center_W(waypoint);
@@ -109,7 +111,7 @@ GateMemory::Outcome GateMemory::observe(std::uint32_t waypoint, const Encoding& 
   const Eigen::Vector3d around_W =
       has_center ? Eigen::Vector3d(X_WC * encoding.center_C.cast<double>()) : expected_center_W(waypoint);
   RememberedGate& gate = records_.gate(waypoint);  // as the course has it until it is seen
-  const HourglassFit fit = fit_hourglass(raw_, shape_, manifest.cone_angle_rad, around_W, gate.axis_W);
+  const HourglassFit fit = fit_hourglass(raw_, shapes_[waypoint], manifest.cone_angle_rad, around_W, gate.axis_W);
   if (!fit.ok || fit.rms_m > kPoorFit_m) return Outcome::kPoorFit;
 
   const double distance_m = (fit.X_WG.translation() - X_WC.translation()).norm();

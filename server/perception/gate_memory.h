@@ -94,7 +94,7 @@ class GateMemory {
 
  private:
   const model::Bundle* bundle_;
-  GateShape shape_;
+  std::vector<GateShape> shapes_;  ///< nominal, of each waypoint's gate
   GateRecords records_;
   DecodedField raw_;  ///< scratch: the newest latent as captured, before it is aligned with the estimate
 };

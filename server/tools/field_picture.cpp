@@ -85,8 +85,8 @@ void draw_field_over(cv::Mat* picture, const View& view, const planner::Field& f
 }
 
 void draw_outline(cv::Mat* picture, const View& view, const Eigen::Isometry3d& X_WG, double half_m,
-                  const cv::Scalar& color) {
-  // In short pieces, so that a square that is partly behind the camera is drawn as far as it is seen.
+                  const cv::Scalar& color, GateShape::Opening opening) {
+  // In short pieces, so that an outline that is partly behind the camera is drawn as far as it is seen.
   constexpr int kPieces = 40;
   const Eigen::Vector2d corners[] = {{1, 1}, {1, -1}, {-1, -1}, {-1, 1}, {1, 1}};
   const Eigen::Isometry3d X_CG = view.X_WC.inverse() * X_WG;
@@ -96,7 +96,9 @@ void draw_outline(cv::Mat* picture, const View& view, const Eigen::Isometry3d& X
       bool seen = true;
       for (int end = 0; end < 2; ++end) {
         const double part = static_cast<double>(piece + end) / kPieces;
-        const Eigen::Vector2d at = half_m * ((1.0 - part) * corners[side] + part * corners[side + 1]);
+        const Eigen::Vector2d on_square = (1.0 - part) * corners[side] + part * corners[side + 1];
+        const Eigen::Vector2d at =
+            half_m * (opening == GateShape::Opening::kRound ? on_square.normalized() : on_square);
         const Eigen::Vector3d p_G(0.0, at.x(), at.y());
         seen = seen && (X_CG * p_G).z() > kNearest_m;
         if (seen) ends[end] = view.pixel(X_WG * p_G);

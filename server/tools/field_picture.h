@@ -45,9 +45,9 @@ cv::Mat draw_depth(const View& view, std::span<const float> depth_m);
 /// Lays s in the opening's plane over it, within half_m of the centre, where the ray of a pixel meets that plane.
 void draw_field_over(cv::Mat* picture, const View& view, const planner::Field& field, const Eigen::Isometry3d& X_WG,
                      double half_m);
-/// Outline of a square of half-width half_m in the gate's plane; the parts before the camera.
+/// Outline of an opening (or frame) of half-width half_m in the gate's plane; the parts before the camera.
 void draw_outline(cv::Mat* picture, const View& view, const Eigen::Isometry3d& X_WG, double half_m,
-                  const cv::Scalar& color);
+                  const cv::Scalar& color, GateShape::Opening opening = GateShape::Opening::kSquare);
 
 /// A square piece of a plane: M has x to the right of the picture, y to its top.
 struct MapPlane {

@@ -72,6 +72,7 @@ int run(const std::filesystem::path& frame_file, const std::filesystem::path& mo
   GateShape shape;
   shape.inner_half_m = bundle->manifest().gate_inner_half_m;
   shape.outer_half_m = std::max(shape.outer_half_m, 1.2 * shape.inner_half_m);
+  if (frame->gate) shape.opening = frame->gate->shape.opening;  // which kind it is, the planner knows as well
   const Eigen::Vector3d around_W = frame->X_WC * encoding->center_C.cast<double>();
   const Eigen::Vector3d forward_W = frame->X_WC.linear().col(2);
   const auto fit = perception::fit_hourglass(field, shape, bundle->manifest().cone_angle_rad, around_W, forward_W);
@@ -80,10 +81,10 @@ int run(const std::filesystem::path& frame_file, const std::filesystem::path& mo
   const tools::View view{frame->camera, frame->X_WC};
   cv::Mat depth = tools::draw_depth(view, depth_m);
   tools::draw_field_over(&depth, view, field, fit.X_WG, kOverlay_m);
-  tools::draw_outline(&depth, view, fit.X_WG, shape.inner_half_m, tools::kInk);
+  tools::draw_outline(&depth, view, fit.X_WG, shape.inner_half_m, tools::kInk, shape.opening);
   if (frame->gate) {
-    tools::draw_outline(&depth, view, frame->gate->X_WG, frame->gate->shape.inner_half_m, tools::kTruth);
-    tools::draw_outline(&depth, view, frame->gate->X_WG, frame->gate->shape.outer_half_m, tools::kTruth);
+    tools::draw_outline(&depth, view, frame->gate->X_WG, frame->gate->shape.inner_half_m, tools::kTruth, shape.opening);
+    tools::draw_outline(&depth, view, frame->gate->X_WG, frame->gate->shape.outer_half_m, tools::kTruth, shape.opening);
   }
 
   const int width = std::max(depth.cols, 3 * kMapSize_px + 2 * kBorder_px) + 2 * kBorder_px;

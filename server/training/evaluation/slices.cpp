@@ -90,8 +90,8 @@ cv::Mat depth_of(const std::vector<float>& image_m, const Isometry3d& X_WC, cons
   const tools::View view{dataset_camera(), X_WC, kScale};
   cv::Mat picture = tools::draw_depth(view, image_m);
   if (overlay != nullptr && overlay->encoded) tools::draw_field_over(&picture, view, overlay->field, X_WG, kOverlay_m);
-  tools::draw_outline(&picture, view, X_WG, shape.inner_half_m, tools::kTruth);
-  tools::draw_outline(&picture, view, X_WG, shape.outer_half_m, tools::kTruth);
+  tools::draw_outline(&picture, view, X_WG, shape.inner_half_m, tools::kTruth, shape.opening);
+  tools::draw_outline(&picture, view, X_WG, shape.outer_half_m, tools::kTruth, shape.opening);
   return picture;
 }
 

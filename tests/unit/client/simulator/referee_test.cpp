@@ -108,6 +108,24 @@ TEST(Referee, FlyingBesideTheFrameIsNoPassAndAMissThreeMetresOn) {
   EXPECT_THAT(tour.referee.sentence(), HasSubstr("missed gate 1"));
 }
 
+TEST(Referee, TheCornerOfASquareOpeningIsTheFrameOfARoundOne) {
+  constexpr double kCorner_m = 0.4;  // from the axis both ways: 0.57 m
+  for (const auto opening : {GateShape::Opening::kSquare, GateShape::Opening::kRound}) {
+    scene::World world;
+    world.gates.push_back({config::gate_pose(kA, Eigen::Vector3d::UnitX()), GateShape{.opening = opening}, 0.7f});
+    const auto fly = [&](double off_m, double radius_m) {
+      Rules r = rules();
+      r.vehicle_radius_m = radius_m;
+      Referee referee(world, r, kA + Eigen::Vector3d(-1, off_m, off_m));
+      for (int i = 1; i <= 400 && !referee.decided(); ++i)
+        referee.update(i * Plant::kStep, kA + Eigen::Vector3d(-1 + 0.005 * i, off_m, off_m), {5, 0, 0}, {});
+      return referee.outcome();
+    };
+    EXPECT_EQ(fly(kCorner_m, 0.0) == Outcome::kFinished, opening == GateShape::Opening::kSquare);
+    EXPECT_EQ(fly(0.25, 0.1), Outcome::kFinished) << "0.35 m off and 0.1 m of hull fit through both";
+  }
+}
+
 TEST(Referee, WhoTurnsBackInTimeMayStillPass) {
   Tour tour({-2, 1.5, 1.5});
   tour.to({1, 1.5, 1.5}).to({-2, 1.5, 1.5}).through_a().to({8, 0, 1.5});

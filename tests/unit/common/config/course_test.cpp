@@ -59,6 +59,27 @@ TEST(CourseFile, GatesStandAcrossTheirPassingDirection) {
   }
 }
 
+TEST(CourseFile, EachGateHasItsOwnOpeningOrThatOfAll) {
+  constexpr auto kSquare = GateShape::Opening::kSquare, kRound = GateShape::Opening::kRound;
+  const auto openings = [](const std::string& text) {
+    const TemporaryFile file(text, "mine.txt");
+    const auto track = load_track(file.path());
+    EXPECT_TRUE(track.ok()) << track.error();
+    std::vector<GateShape::Opening> openings;
+    for (const auto& gate : nominal_world(*track).gates) openings.push_back(gate.shape.opening);
+    return openings;
+  };
+  const std::string mixed = read_all(find_config("courses", "mixed").value());
+  EXPECT_THAT(openings(circle()), testing::Each(kSquare));
+  EXPECT_THAT(openings(mixed), testing::ElementsAre(kSquare, kRound, kSquare, kRound));
+  EXPECT_THAT(openings(replaced(mixed, "opening: SQUARE", "opening: ROUND")), testing::Each(kRound));
+  EXPECT_THAT(openings(replaced(replaced(mixed, "opening: SQUARE", "opening: ROUND"), "y:  0 z: 1.5 }",
+                                "y:  0 z: 1.5 } opening: SQUARE")),
+              testing::ElementsAre(kSquare, kRound, kRound, kRound));
+  EXPECT_THAT(error_with("x:  6 y:  0 z: 1.5 }", "x:  6 y:  0 z: 1.5 } opening: OVAL"),
+              HasSubstr("7:58: 'OVAL' is no value of field 'opening'"));
+}
+
 TEST(CourseFile, DirectionsOfAnOpenCourseComeFromTheNeighbours) {
   protocol::Course course;
   course.closed = false;

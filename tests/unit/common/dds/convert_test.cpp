@@ -101,6 +101,21 @@ TEST(Convert, SessionRequestComesBackAsItWas) {
   EXPECT_EQ(out.course.gate.thickness_m, in.course.gate.thickness_m);
 }
 
+TEST(Convert, AGateOfTheOtherKindIsCarriedByItsDirection) {
+  protocol::SessionRequest in = test::good_request();
+  in.course.waypoints[1].other_opening = true;
+  in.course.waypoints[1].direction_W = Eigen::Vector3d(0.3, -0.7, 0.1).normalized();
+  const auto out = round_trip<wire::SessionRequestPubSubType>(in);
+  for (std::size_t i = 0; i < in.course.waypoints.size(); ++i) {
+    EXPECT_EQ(out.course.waypoints[i].other_opening, i == 1);
+    EXPECT_EQ(out.course.waypoints[i].direction_W, in.course.waypoints[i].direction_W) << "to the bit";
+  }
+  EXPECT_EQ(protocol::gate_shape(out.course, 0).opening, GateShape::Opening::kSquare);
+  EXPECT_EQ(protocol::gate_shape(out.course, 1).opening, GateShape::Opening::kRound);
+  in.course.gate.opening = GateShape::Opening::kRound;
+  EXPECT_EQ(protocol::gate_shape(in.course, 1).opening, GateShape::Opening::kSquare);
+}
+
 TEST(Convert, SessionReplyComesBackAsItWas) {
   protocol::SessionReply in = test::good_reply();
   in.reason = std::string(protocol::kMaxReasonLength, 'r');

@@ -83,6 +83,8 @@ TEST(ValidateRequest, RefusesEveryBadFieldByName) {
           {"waypoint NaN", [](R* r) { r->course.waypoints[1].p_W.x() = kNan; }, "course.waypoints[1].p_W"},
           {"waypoint far", [](R* r) { r->course.waypoints[2].p_W.y() = 1e5; }, "course.waypoints[2].p_W"},
           {"direction", [](R* r) { r->course.waypoints[0].direction_W *= 1.01; }, "course.waypoints[0].direction_W"},
+          {"opening without direction", [](R* r) { r->course.waypoints[2].other_opening = true; },
+           "course.waypoints[2].direction_W is zero"},
           {"direction NaN", [](R* r) { r->course.waypoints[0].direction_W.z() = kNan; },
            "course.waypoints[0].direction_W"},
           {"no laps", [](R* r) { r->course.laps = 0; }, "course.laps is 0"},

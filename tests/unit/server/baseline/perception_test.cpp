@@ -22,7 +22,7 @@ class Eyes : public testing::Test {
   }
   /// What a camera sees `distance_m` in front of the gate, off its axis by `yaw`; `away`: turned round.
   Outcome look(Kind kind, service::Memory* memory, double distance_m, bool away = false) {
-    const Eigen::Isometry3d& X_WG = world_.gates[0].X_WG;
+    const Eigen::Isometry3d& X_WG = world_.gates[gate_].X_WG;
     Eigen::Matrix3d R_GC;
     R_GC << 0, 0, 1, -1, 0, 0, 0, -1, 0;
     if (away) R_GC = Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R_GC;
@@ -30,9 +30,10 @@ class Eyes : public testing::Test {
     X_WC_.linear() = X_WG.linear() * R_GC;
     scene::DepthImage image;
     scene::DepthCamera(world_).render(request_.camera, X_WC_, &image);
-    const auto encoding = make_encoder(kind, GateShape{})
-                              ->encode(image.depth_m, request_.camera, X_WC_.inverse() * memory->expected_center_W(0));
-    return encoding ? memory->observe(0, *encoding, X_WC_, capture_ += 16ms) : Outcome::kNotValid;
+    const auto encoding =
+        make_encoder(kind, request_.course)
+            ->encode(image.depth_m, request_.camera, X_WC_.inverse() * memory->expected_center_W(gate_));
+    return encoding ? memory->observe(gate_, *encoding, X_WC_, capture_ += 16ms) : Outcome::kNotValid;
   }
   double error_m(const service::Memory& memory) const {
     perception::MemorySnapshot snapshot;
@@ -40,6 +41,7 @@ class Eyes : public testing::Test {
     return (snapshot.gates[0].center_W - world_.gates[0].X_WG.translation()).norm();
   }
 
+  std::uint32_t gate_ = 0;
   config::Scenario scenario_;
   protocol::SessionRequest request_;
   scene::World world_;
@@ -76,6 +78,28 @@ TEST_F(Eyes, TheClassicalDetectorMovesTheBeliefTowardsTheGate) {
   EXPECT_TRUE(memory->seen(0));
   EXPECT_LT(error_m(*memory), 0.1);
   EXPECT_GT(before_m, 0.4);
+}
+
+TEST_F(Eyes, RoundGatesAmongSquareOnesHaveTheirOwnField) {
+  scenario_ = config::load_scenario(config::find_config("scenarios", "mixed-0.3m").value()).value();
+  request_.course = scenario_.track.course;
+  world_ = config::perturbed_world(scenario_.track, scenario_.perturbation, request_.seed);
+  for (const Kind kind : {Kind::kTruePose, Kind::kClassical}) {
+    const auto memory = make_memory(kind, request_, scenario_);
+    for (gate_ = 0; gate_ < 2; ++gate_) {
+      ASSERT_EQ(look(kind, memory.get(), 3.0), Outcome::kTaken) << name(kind) << ", gate " << gate_;
+      perception::MemorySnapshot snapshot;
+      memory->snapshot(gate_, gate_, &snapshot);
+      const perception::RememberedGate& gate = snapshot.gates[0];
+      const Eigen::Isometry3d& X_WG = world_.gates[gate_].X_WG;
+      EXPECT_LT((gate.center_W - X_WG.translation()).norm(), 0.1) << name(kind) << ", gate " << gate_;
+      // The corner, 0.57 m from the axis: open in a square, frame of a ring.
+      const Eigen::Vector3f p_W = (X_WG * Eigen::Vector3d(0, 0.4, 0.4)).cast<float>();
+      float s = 0.0f;
+      gate.field.evaluate({&p_W.x(), 1}, {&p_W.y(), 1}, {&p_W.z(), 1}, {&s, 1});
+      EXPECT_EQ(s > 0.0f, gate_ == 0) << name(kind) << ", gate " << gate_;
+    }
+  }
 }
 
 TEST_F(Eyes, WithoutVisionNothingIsEverSeen) {

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "common/geometry/gate.h"
 #include "tests/unit/server/planner/batch_fixture.h"
 
 namespace gatefield::planner {
@@ -55,6 +58,29 @@ TEST(Annotation, IntoTheFrameIsACrossingWithoutClearanceAndNotPassed) {
   fixture.annotate(context);
   EXPECT_EQ(fixture.passed(7, 0), 0.0f);
   EXPECT_NEAR(fixture.crossing(0), -0.1f, 1e-4f);
+}
+
+TEST(Annotation, TheCornerOfASquareOpeningIsTheFrameOfARoundOne) {
+  for (const auto opening : {GateShape::Opening::kSquare, GateShape::Opening::kRound}) {
+    const GateShape shape{.opening = opening};
+    const auto value = [&](const Eigen::Vector3f& p) {
+      return static_cast<float>(guide_sdf(shape, p.cast<double>(), std::atan(context_at_origin().cone_slope)));
+    };
+    PlanContext context = context_at_origin();
+    context.start_p_WB = {-1.0f, 0.4f, 0.4f};
+    context.start_along_m = -1.0f;
+    context.start_clearance_m = value(context.start_p_WB) - context.cone_slope;
+    BatchFixture fixture(8, 1);
+    for (int k = 0; k < fixture.batch.steps; ++k) {
+      const Eigen::Vector3f p(-1.0f + 0.24f * static_cast<float>(k + 1), 0.4f, 0.4f);
+      fixture.place(k, 0, p);
+      fixture.field(k, 0) = value(p);
+    }
+    fixture.annotate(context);
+    const bool round = opening == GateShape::Opening::kRound;
+    EXPECT_EQ(fixture.passed(7, 0), round ? 0.0f : 1.0f);
+    EXPECT_NEAR(fixture.crossing(0), round ? 0.5f - std::hypot(0.4f, 0.4f) : 0.1f, 1e-3f);
+  }
 }
 
 TEST(Annotation, ComingBackOutsideTheFrameIsFreeButThroughItIsNot) {
