@@ -3,13 +3,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "common/base/write_text_file.h"
 #include "common/plot/table.h"
 #include "server/training/commands/command.h"
 #include "server/training/commands/generate_command.h"
@@ -115,14 +115,14 @@ int compare(const Options& options) {
   const auto result = evaluate(evaluation, [](double) { return !stop_requested; });
   if (stop_requested) return stopped("compare");
   if (!result) return fail(result.error());
-  std::ofstream markdown(options.work / "designs.md", std::ios::trunc);
+  std::string markdown;
   for (const Mode mode : kModes) {
     const plot::Table table = table_of(*result, options, mode);
     std::printf("\n%s", plot::to_text(table).c_str());
-    markdown << plot::to_markdown(table) << '\n';
+    markdown += plot::to_markdown(table) + '\n';
   }
-  markdown.close();
-  return markdown ? 0 : fail((options.work / "designs.md").string() + " can't be written");
+  const Status written = write_text_file(options.work / "designs.md", markdown);
+  return written ? 0 : fail(written.error());
 }
 
 }  // namespace

@@ -4,8 +4,10 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "common/base/write_text_file.h"
 #include "common/config/sensor_noise_file.h"
 #include "server/training/commands/command.h"
 #include "server/training/learn/curves.h"
@@ -24,13 +26,12 @@ int copy_log(const std::filesystem::path& from, const std::filesystem::path& to)
   std::getline(in, header);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
   const std::size_t every = lines.size() / kLogLines + 1;
-  std::ofstream out(to, std::ios::trunc);
-  out << header << '\n';
+  std::string kept = header + '\n';
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    if ((lines.size() - 1 - i) % every == 0) out << lines[i] << '\n';
+    if ((lines.size() - 1 - i) % every == 0) kept += lines[i] + '\n';
   }
-  out.close();
-  return out ? 0 : fail(to.string() + " can't be written");
+  const Status written = write_text_file(to, kept);
+  return written ? 0 : fail(written.error());
 }
 
 CLI::Option* add_design_option(CLI::App* command, std::string* name) {
