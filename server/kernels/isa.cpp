@@ -6,8 +6,12 @@
 #include <cctype>
 #include <cstdint>
 
-#if GATEFIELD_AVX512_INT16
+#if GATEFIELD_AVX512_INT16 || GATEFIELD_AMX_BF16
 #include <cpuid.h>
+#endif
+#if GATEFIELD_AMX_BF16
+#include <sys/syscall.h>
+#include <unistd.h>
 #endif
 
 namespace gatefield::kernels {
@@ -31,6 +35,23 @@ bool cpu_has_int16() noexcept {
 #endif
 }
 
+/// CPUID leaf 7.0: AMX-TILE and AMX-BF16; XCR0: the system keeps configuration and data of tiles; and Linux has to be
+/// asked for the latter, once per process, before threads start.
+bool amx_granted() noexcept {
+#if GATEFIELD_AMX_BF16
+  unsigned a = 0, b = 0, c = 0, d = 0;
+  if (__get_cpuid_count(7, 0, &a, &b, &c, &d) == 0 || (d >> 24 & 1) == 0 || (d >> 22 & 1) == 0) return false;
+  if (__get_cpuid(1, &a, &b, &c, &d) == 0 || (c >> 27 & 1) == 0) return false;
+  std::uint32_t low = 0, high = 0;
+  asm("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+  if ((low >> 17 & 3) != 3) return false;
+  constexpr long kRequestPermission = 0x1023, kTileData = 18;  // ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA
+  return syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
+#else
+  return false;
+#endif
+}
+
 /// What this machine has, asked once before anything could have been forced. Lower bits are better, in Highway's own
 /// order.
 const std::vector<Isa>& machine_isas() {
@@ -41,6 +62,7 @@ const std::vector<Isa>& machine_isas() {
       std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
       found.push_back({target, name});
       if (target == HWY_AVX3 && cpu_has_int16()) found.push_back({target, name + "_int16", Arithmetic::kInt16});
+      if (target == HWY_AVX3 && amx_granted()) found.push_back({target, name + "_amx", Arithmetic::kTiles});
     }
     return found;
   }();

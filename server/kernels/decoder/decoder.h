@@ -15,8 +15,10 @@
 ///   a0 = e(p)  (p itself, or p and its sines and cosines),   a1 = relu(W1 a0 + b1),   a_{i+1} = relu(W_i a_i + b_i),
 ///   s = w a_n + b.
 /// Tolerance against reference.cpp with trained weights: |ds| <= 1e-4 m in single precision. Where the layers between
-/// the first and the last are in 16-bit fixed point (avx3_int16, avx512_int16.cpp) it is 0.003 m within 10 m of the
-/// gate, as far as the planner asks: at most 0.002 m was measured, 0.0001 to 0.0004 m rms; it grows with the distance.
+/// the first and the last are in 16-bit fixed point (avx3_int16, avx512_int16.cpp) it is 0.004 m within 10 m of the
+/// gate, as far as the planner asks: at most 0.0023 m was measured, 0.0001 to 0.0004 m rms; it grows with the distance.
+/// On AMX tiles (avx3_amx,
+/// tiled-inl.h) it is 0.001 m there; 0.00015 m was measured with emulated tiles.
 namespace gatefield::kernels {
 
 /// Limits of what decode() takes; model::Bundle checks them.
@@ -36,6 +38,10 @@ struct PackedLayer {
   /// inputs][neuron]; empty on machines that don't multiply them, and for the first layer.
   std::vector<std::uint32_t> pairs;
   float unit = 0.0f;
+  /// Weights as AMX takes them (tiled-inl.h), [block of 16 outputs][step of 32 inputs][hi, lo][output][input] in bf16,
+  /// and biases filled up; empty on machines without AMX, and for the last layer.
+  std::vector<std::uint32_t> tiles;
+  std::vector<float> tile_bias;
 };
 inline constexpr int kNeuronGroup = 8;
 
@@ -55,6 +61,9 @@ struct FoldedDecoder {
 /// kMaxWidth)
 void fold(const model::DecoderWeights& weights, std::span<const float> latent, const Eigen::Isometry3d& X_WC,
           FoldedDecoder* out);
+
+/// Fills in `tiles`. fold() does by itself where the machine has AMX.
+void lay_out_tiles(FoldedDecoder* decoder);
 
 /// s at points in the world frame; double precision, readable: what the instruction sets are held against.
 void decode_reference(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
 
 #include "server/kernels/decoder/decoder.h"
+#include "server/kernels/decoder/tiled-inl.h"
 #include "server/kernels/decoder/view.h"
 #include "server/kernels/isa.h"
 
@@ -94,7 +96,63 @@ void pack_pairs(const model::Dense& layer, PackedLayer* out) {
   }
 }
 
+/// Upper half of a float, rounded to nearest, ties to even; `rest` is what that leaves.
+std::uint32_t bf16(float value, float* rest) noexcept {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t upper = (bits + 0x7fffu + (bits >> 16 & 1u)) >> 16;
+  *rest = value - std::bit_cast<float>(upper << 16);
+  return upper;
+}
+
+void pack_tiles(const model::Dense& layer, PackedLayer* out) {
+  const auto inputs = static_cast<std::size_t>(layer.inputs), outputs = static_cast<std::size_t>(layer.outputs);
+  const std::size_t steps = tiled::tiles_for(inputs, tiled::kTileInputs);
+  const std::size_t blocks = tiled::tiles_for(static_cast<std::size_t>(out->outputs), tiled::kTile);
+  out->tiles.assign(blocks * steps * 2 * tiled::kTileWords, 0u);
+  out->tile_bias.assign(blocks * tiled::kTile, 0.0f);
+  std::copy(layer.bias.begin(), layer.bias.end(), out->tile_bias.begin());
+  for (std::size_t i = 0; i < outputs; ++i) {
+    for (std::size_t j = 0; j < inputs; ++j) {
+      std::uint32_t* hi = out->tiles.data() +
+                          (i / tiled::kTile * steps + j / tiled::kTileInputs) * 2 * tiled::kTileWords +
+                          i % tiled::kTile * tiled::kTile + j % tiled::kTileInputs / 2;
+      float rest = 0.0f, lost = 0.0f;
+      hi[0] |= bf16(layer.weight[i * inputs + j], &rest) << (j % 2 * 16);
+      hi[tiled::kTileWords] |= bf16(rest, &lost) << (j % 2 * 16);
+    }
+  }
+}
+
 }  // namespace
+
+void lay_out_tiles(FoldedDecoder* decoder) {
+  for (std::size_t i = 0; i + 1 < decoder->layers.size(); ++i) pack_tiles(decoder->layers[i], &decoder->packed[i]);
+}
+
+DecoderView view_of(const FoldedDecoder& decoder) noexcept {
+  DecoderView view;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) view.R_CW[3 * i + j] = decoder.R_CW(i, j);
+    view.t_CW[i] = decoder.t_CW[i];
+  }
+  view.half_inverse_scale = 0.5f * decoder.inverse_scale;
+  view.max_coordinate = static_cast<float>(kMaxCoordinate_m);
+  view.octaves = static_cast<std::size_t>(decoder.encoding_octaves);
+  view.layer_count = decoder.packed.size();
+  assert(view.layer_count >= 1 && view.layer_count <= kMaxLayers);
+  for (std::size_t i = 0; i < decoder.packed.size(); ++i) {
+    const PackedLayer& layer = decoder.packed[i];
+    view.layers[i] = {layer.weight.data(),
+                      layer.bias.data(),
+                      layer.pairs.data(),
+                      layer.unit,
+                      layer.tiles.data(),
+                      layer.tile_bias.data(),
+                      static_cast<std::size_t>(layer.inputs),
+                      static_cast<std::size_t>(layer.outputs)};
+  }
+  return view;
+}
 
 void fold(const model::DecoderWeights& weights, std::span<const float> latent, const Eigen::Isometry3d& X_WC,
           FoldedDecoder* out) {
@@ -122,6 +180,7 @@ void fold(const model::DecoderWeights& weights, std::span<const float> latent, c
     pack(out->layers[i], &out->packed[i]);
     if (i > 0 && available(Arithmetic::kInt16)) pack_pairs(out->layers[i], &out->packed[i]);
   }
+  if (available(Arithmetic::kTiles)) lay_out_tiles(out);
 }
 
 }  // namespace gatefield::kernels

@@ -9,7 +9,9 @@
 
 namespace gatefield::kernels {
 
-double decode_tolerance_m() noexcept { return decoder_arithmetic() == Arithmetic::kFp32 ? 1e-4 : 0.003; }
+double decode_tolerance_m() noexcept {
+  return decoder_arithmetic() == Arithmetic::kInt16 ? 0.004 : decoder_arithmetic() == Arithmetic::kTiles ? 1e-3 : 1e-4;
+}
 
 void decode_reference(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
                       std::span<const float> z_W, std::span<float> sdf_m) noexcept {

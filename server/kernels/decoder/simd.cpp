@@ -1,5 +1,3 @@
-#include <cassert>
-
 #include "server/kernels/decoder/decoder.h"
 #include "server/kernels/decoder/view.h"
 #include "server/kernels/isa.h"
@@ -139,29 +137,15 @@ HWY_EXPORT(DecodeAll);
 
 void decode(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
             std::span<const float> z_W, std::span<float> sdf_m) noexcept {
-  DecoderView view;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) view.R_CW[3 * i + j] = decoder.R_CW(i, j);
-    view.t_CW[i] = decoder.t_CW[i];
-  }
-  view.half_inverse_scale = 0.5f * decoder.inverse_scale;
-  view.max_coordinate = static_cast<float>(kMaxCoordinate_m);
-  view.octaves = static_cast<std::size_t>(decoder.encoding_octaves);
-  view.layer_count = decoder.packed.size();
-  assert(view.layer_count >= 1 && view.layer_count <= kMaxLayers);
-  for (std::size_t i = 0; i < decoder.packed.size(); ++i) {
-    const PackedLayer& layer = decoder.packed[i];
-    view.layers[i] = {layer.weight.data(),
-                      layer.bias.data(),
-                      layer.pairs.data(),
-                      layer.unit,
-                      static_cast<std::size_t>(layer.inputs),
-                      static_cast<std::size_t>(layer.outputs)};
-  }
+  const DecoderView view = view_of(decoder);
 #if GATEFIELD_AVX512_INT16
   // With one hidden layer there is nothing between the first and the last.
   if (view.layer_count >= 3 && decoder_arithmetic() == Arithmetic::kInt16)
     return decode_avx512_int16(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
+#endif
+#if GATEFIELD_AMX_BF16
+  if (view.layer_count >= 2 && decoder_arithmetic() == Arithmetic::kTiles)
+    return decode_amx_bf16(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
 #endif
   HWY_DYNAMIC_DISPATCH(DecodeAll)(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
 }

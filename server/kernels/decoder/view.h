@@ -10,6 +10,8 @@ struct LayerView {
   const float* bias;
   const std::uint32_t* pairs;  ///< null unless the machine takes them
   float unit;                  ///< of the pairs
+  const std::uint32_t* tiles;  ///< null unless the machine takes them
+  const float* tile_bias;
   std::size_t inputs;
   std::size_t outputs;
 };
@@ -34,5 +36,13 @@ struct DecoderView {
 /// `pairs`
 void decode_avx512_int16(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W, float* sdf,
                          std::size_t count) noexcept;
+
+/// amx_bf16.cpp; only for machines that have AMX. @pre layer_count >= 2, every layer but the last has `tiles`
+void decode_amx_bf16(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W, float* sdf,
+                     std::size_t count) noexcept;
+
+struct FoldedDecoder;
+/// The decoder's numbers, which must outlive it.
+DecoderView view_of(const FoldedDecoder& decoder) noexcept;
 
 }  // namespace gatefield::kernels
