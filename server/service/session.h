@@ -14,7 +14,10 @@
 #include "server/perception/gate_memory.h"
 #include "server/planner/course_progress.h"
 #include "server/planner/planner.h"
+#include "server/service/account.h"
 #include "server/service/disturbance.h"
+#include "server/service/known_gates.h"
+#include "server/service/plan_guard.h"
 #include "server/service/predictor.h"
 #include "server/service/sight.h"
 #include "server/service/state_history.h"
@@ -34,9 +37,9 @@ struct SessionParts {
 
 /// One vehicle: what came from it, what is known, and the next plan. Data goes one way, from mailbox to mailbox:
 ///
-/// - receiving threads: take_state(), take_depth()
-/// - a perception thread: perceive()
-/// - a control thread: step() gives the command to send
+/// - receiving threads: take_state(), take_depth() (session_intake.cpp)
+/// - a perception thread: perceive() (session_perception.cpp)
+/// - a control thread: step() gives the command to send (session_step.cpp)
 ///
 /// Each of these sides may be called from any thread, but never from two at once on the same side (the receiving side
 /// is guarded by short mutexes of its own); none of them waits for another.
@@ -102,12 +105,14 @@ class Session {
   Answer step(Stamp now) noexcept;
   /// After the command was handed to the transport. @param ok  what the transport said
   void sent(Stamp now, bool ok) noexcept;
-  void missed_deadlines(std::uint64_t count) noexcept { deadlines_missed_.fetch_add(count, std::memory_order_relaxed); }
+  void missed_deadlines(std::uint64_t count) noexcept {
+    account_.deadlines_missed.fetch_add(count, std::memory_order_relaxed);
+  }
 
   // ---- for people (one thread: housekeeping) ----------------------------------------------------------------------
   void fill(Stamp now, protocol::Telemetry* telemetry);
   /// What was rejected since the last call, for the log: empty when nothing was.
-  std::optional<std::string> rejections();
+  std::optional<std::string> rejections() { return account_.complaints(); }
 
  private:
   struct StateSample {
@@ -127,22 +132,16 @@ class Session {
     protocol::DepthEncoding encoding = protocol::DepthEncoding::kMillimetres16;
     std::vector<std::uint8_t> pixels;
   };
-  /// Why the newest plan was not sent.
-  enum class Withheld : int { kNothing = 0, kNotFinite, kRateLimit, kThrustLimit, kBodyRate };
 
   Status check(const protocol::VehicleState& state) const;
   Status check(const protocol::DepthFrame& frame) const;
-  void note(const std::string& reason);
-  void publish_target() noexcept;
-  planner::GateBelief belief(std::uint32_t waypoint) const noexcept;
+  void publish_target(const planner::CourseProgress& progress) noexcept;
   /// What the planner heads for: the belief, with the nominal waypoint in its place where the profile wants that.
   planner::GateBelief planned_gate(std::uint32_t waypoint) const noexcept;
-  double age_of(std::uint32_t waypoint, Stamp at) const noexcept;
-  const perception::RememberedGate* remembered(std::uint32_t waypoint) const noexcept;
   void take_in(const StateSample& sample) noexcept;
   void watch_disturbance(const StateSample& sample) noexcept;
   void leave(const planner::GateBelief& gate) noexcept;
-  Withheld fill_command(Stamp plan_start, const planner::Plan& plan) noexcept;
+  void fill_command(Stamp plan_start, const planner::Plan& plan) noexcept;
 
   const protocol::SessionRequest request_;
   const std::uint64_t id_;
@@ -174,17 +173,8 @@ class Session {
   std::atomic<std::int64_t> good_frame_stamp_{-1};  // capture of the newest frame with something in it
   std::atomic<std::uint64_t> target_{0};            // packed target and next, written by control, read by perception
 
-  // Counters and reasons, for people.
-  std::atomic<std::uint64_t> states_received_{0}, states_rejected_{0};
-  std::atomic<std::uint64_t> frames_received_{0}, frames_rejected_{0}, frames_invalid_{0};
-  std::atomic<std::uint64_t> commands_sent_{0}, commands_withheld_{0}, commands_lost_{0}, deadlines_missed_{0};
-  std::atomic<int> withheld_{0};
-  std::atomic<std::int64_t> encode_time_ns_{0};
-  std::mutex reason_mutex_;  // receiving, perception and housekeeping; never the control step
-  std::string last_reason_;
-  std::uint64_t unlogged_ = 0;
-  std::uint64_t withheld_logged_ = 0;
-  protocol::PlannerHealth last_health_;
+  Account account_;                      // all sides
+  protocol::PlannerHealth last_health_;  // housekeeping
 
   // Perception side.
   Sight sight_;
@@ -193,7 +183,7 @@ class Session {
   std::unique_ptr<planner::Planner> planner_;
   planner::CourseProgress progress_;  // from states that were measured
   planner::CourseProgress ahead_;     // the same, moved on to where the plan starts
-  const perception::MemorySnapshot* memory_ = nullptr;
+  KnownGates gates_;
   StateSample newest_;
   bool have_state_ = false;
   bool state_is_new_ = false;
