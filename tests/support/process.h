@@ -21,6 +21,7 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
+  pid_t pid() const noexcept { return pid_; }
   void signal(int number);
   /// Exit code (128 + signal when killed), or nothing when it still runs after `timeout`.
   std::optional<int> wait(std::chrono::milliseconds timeout);

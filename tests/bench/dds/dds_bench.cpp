@@ -1,338 +1,289 @@
-// How fast the wire is on this machine: two processes, the product's endpoints and QoS.
+// How fast the wire is on this machine, and how many vehicles a server flies over it: the product's endpoints and QoS.
 //   gatefield-dds-bench [seconds per measurement, 5 unless told] [file for results as JSON]
-// Measures, over shared memory and over UDP on the loopback: state to command and back at 500 Hz while 60 depth frames
-// of 160 x 90 a second go by, and the depth frames one way (both processes read the same monotonic clock). Then the
-// same with the real server beside this program: state in to command out at 50 Hz, a gate in sight, the race profile (M
-// = 2048), and what the server itself says that its step took.
+//
+// The wire alone, over shared memory and over UDP on the loopback: state to command and back at 500 Hz from a process
+// that answers at once, while 60 depth frames of 160 x 90 a second go by; and how long those are under way.
+//
+// gatefield-server in lockstep, a gate in sight, the race profile (M = 2048): from a state's leaving to the command's
+// coming at 50 Hz, and what of it goes beyond the step that the server made for just this state. Each state is answered
+// once, so that no wait for a control tick is in it.
+//
+// gatefield-server in real time with many vehicles (M = 1024, 50 Hz, states at 100 Hz, depth at 30 Hz): the share of
+// control ticks whose command left in time, as the server counts it. All vehicles live in this process, on the same
+// cores: what they and the server cost is told beside it.
 
-#include <signal.h>
-#include <sys/wait.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <condition_variable>
-#include <cstdio>
+#include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
-#include <mutex>
-#include <string>
+#include <fstream>
+#include <iterator>
+#include <sstream>
 #include <thread>
-#include <vector>
 
-#include "common/base/clock.h"
-#include "common/dds/client_endpoint.h"
-#include "common/dds/server_endpoint.h"
-#include "common/geometry/gate.h"
-#include "common/vehicle/quadrotor.h"
-#include "tests/support/dds_domain.h"
-#include "tests/support/messages.h"
+#include "common/base/write_text_file.h"
+#include "common/config/locate.h"
+#include "tests/bench/dds/echo.h"
+#include "tests/bench/dds/vehicle.h"
+#include "tests/bench/timings.h"
+#include "tests/support/process.h"
 
-namespace gatefield {
+namespace gatefield::bench {
 namespace {
 
 using namespace std::chrono_literals;
+namespace fs = std::filesystem;
 
-Stamp now() { return MonotonicClock().now(); }
+constexpr std::chrono::milliseconds kPatience = 30s;  // with a server that starts, and reads its model
 
-void print(const char* what, std::vector<double> values_s) {
-  if (values_s.empty()) {
-    std::printf("%-44s nothing arrived\n", what);
-    return;
-  }
-  std::sort(values_s.begin(), values_s.end());
-  const auto at = [&](double q) { return 1e6 * values_s[static_cast<std::size_t>(q * double(values_s.size() - 1))]; };
-  std::printf("%-44s n %6zu   p50 %7.0f us   p99 %7.0f us   p99.9 %7.0f us   max %7.0f us\n", what, values_s.size(),
-              at(0.5), at(0.99), at(0.999), at(1.0));
-  std::fflush(stdout);
-}
-
-std::string results;  // entries of "benchmarks", as gatefield-bench report reads them
-
-void keep(const std::string& name, std::vector<double> values_s, std::vector<double> steps_s) {
-  if (values_s.empty()) return;
-  std::sort(values_s.begin(), values_s.end());
-  std::sort(steps_s.begin(), steps_s.end());
-  const auto at = [](const std::vector<double>& sorted, double q) {
-    return sorted.empty() ? 0.0 : 1e6 * sorted[static_cast<std::size_t>(q * double(sorted.size() - 1))];
-  };
-  char entry[400];
-  std::snprintf(
-      entry, sizeof entry,
-      "%s{\"name\": \"dds/%s\", \"p50_us\": %.1f, \"p99_us\": %.1f, \"p999_us\": %.1f, \"step_p50_us\": %.1f}",
-      results.empty() ? "" : ",\n", name.c_str(), at(values_s, 0.5), at(values_s, 0.99), at(values_s, 0.999),
-      at(steps_s, 0.5));
-  results += entry;
-}
-
-// Answers every state with a plan of 20 steps, from a thread of its own as the planner does.
-class Responder : public dds::ServerHandler {
+/// What was measured: a line each for people, an entry each for `gatefield-bench report`.
+class Results {
  public:
-  int run(std::uint32_t domain, bool shared_memory, double length_s) {
-    auto opened = dds::ServerEndpoint::create(domain, "bench", this, {.shared_memory = shared_memory});
-    if (!opened.ok()) {
-      std::fprintf(stderr, "%s\n", opened.error().c_str());
-      return 1;
-    }
-    const auto endpoint = std::move(opened).value();
-    auto command = test::good_command("bench");
-    const Stamp end = now() + from_seconds(length_s);
-    while (now() < end) {
-      std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, 100ms, [&] { return request_ != 0 || state_ != 0; });
-      const std::uint64_t request = std::exchange(request_, 0);
-      const std::uint64_t state = std::exchange(state_, 0);
-      lock.unlock();
-      if (request != 0 && !endpoint->publish(test::good_reply("bench", request)).ok()) return 1;
-      if (state != 0) {
-        command.sequence = command.answers_sequence = state;
-        endpoint->publish(command);
-      }
-    }
-    print(shared_memory ? "depth 160 x 90, one way, shared memory" : "depth 160 x 90, one way, UDP", depth_s_);
-    return 0;
+  void add(const std::string& name, const std::vector<double>& values_s, const std::string& fields = {}) {
+    std::printf("%s\n", line_us(name, values_s).c_str());
+    std::fflush(stdout);
+    if (!values_s.empty()) add_entry("dds/" + name, fields_us("", values_s) + fields);
   }
+  void add_entry(const std::string& name, const std::string& fields) {
+    entries_ += (entries_.empty() ? "" : ",\n") + ("{\"name\": \"" + name + "\"") + fields + "}";
+  }
+  std::string json() const { return "{\"benchmarks\": [\n" + entries_ + "\n]}\n"; }
 
  private:
-  void on_session_request(const protocol::SessionRequest& request, const Status&) override {
-    const std::lock_guard lock(mutex_);
-    request_ = request.request;
-    changed_.notify_one();
-  }
-  void on_state(const protocol::VehicleState& state) override {
-    const std::lock_guard lock(mutex_);
-    state_ = state.sequence;
-    changed_.notify_one();
-  }
-  void on_depth(protocol::DepthFrame& frame) override {
-    if (frame.sequence > 10) depth_s_.push_back(seconds(now() - frame.stamp));
-  }
-  void on_vehicle_gone(const std::string&, std::uint64_t) override {}
-  void on_rejected(dds::Topic topic, const std::string&, const std::string& reason) override {
-    std::fprintf(stderr, "%s: %s\n", dds::topic_name(topic), reason.c_str());
-  }
-
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::uint64_t request_ = 0, state_ = 0;
-  std::vector<double> depth_s_;
+  std::string entries_;
 };
 
-/// Answers of a real server in lockstep: each state is answered once, so that no wait for a control tick is in it.
-class Flyer : public dds::ClientHandler {
+/// Below those that tests and campaigns use: a server of theirs must not answer.
+std::uint32_t own_domain() { return 1 + static_cast<std::uint32_t>(getpid()) % 9; }
+
+fs::path beside(const std::string& program) {
+  std::error_code failed;
+  return program.empty() ? fs::read_symlink("/proc/self/exe", failed)
+                         : fs::read_symlink("/proc/self/exe", failed).parent_path() / program;
+}
+
+/// Processor time that a process of ours has had, seconds. @param pid  0: this one
+double processor_time_s(pid_t pid) {
+  if (pid == 0) {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    const auto s = [](const timeval& t) {
+      return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    return s(usage.ru_utime) + s(usage.ru_stime);
+  }
+  std::ifstream in("/proc/" + std::to_string(pid) + "/stat");
+  std::string word;
+  double ticks = 0.0;
+  in.ignore(4096, ')');  // the name may contain anything
+  for (int field = 3; field <= 15 && in >> word; ++field)
+    if (field >= 14) ticks += std::atof(word.c_str());
+  return ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+class Bench {
  public:
-  int run(std::uint32_t domain, bool shared_memory, double length_s) {
-    auto opened = dds::ClientEndpoint::create(domain, "bench", this, {.shared_memory = shared_memory});
-    if (!opened.ok()) {
-      std::fprintf(stderr, "%s\n", opened.error().c_str());
-      return 1;
-    }
-    const auto endpoint = std::move(opened).value();
-    auto request = test::good_request("bench");
-    request.course.waypoints = {{{3, 0, 1.5}, {1, 0, 0}}, {{8, 0, 1.5}, {1, 0, 0}}};
-    if (!endpoint->publish(request).ok()) return 1;
-    for (int i = 0; i < 400 && session_ == 0; ++i) std::this_thread::sleep_for(50ms);
-    if (session_ == 0) {
-      std::fprintf(stderr, "no answer from gatefield-server\n");
-      return 1;
-    }
-    auto state = test::good_state("bench");
-    state.session = session_;
-    state.state = QuadrotorState{};
-    state.state.p_WB = {0, 0, 1.5};
-    state.state.v_WB = {1, 0, 0};
-    state.state.thrust_n = state.state.thrust_command_n = hover_thrust_n(request.quadrotor);
-    state.thrust_known = true;
-    state.round_trip = Stamp(0);
-    state.heard_waypoint = state.heard_lap = 0;
-    state.depth_sequence = 1;
-    auto frame = test::good_frame("bench", 1);
-    frame.session = session_;
-    draw(request.camera, &frame);
-    const auto states = static_cast<std::uint64_t>(50 * length_s);
-    sent_ = std::vector<std::atomic<std::int64_t>>(states + 1);
+  explicit Bench(double length_s) : length_s_(length_s), folder_(fs::temp_directory_path() / folder_name()) {
+    fs::create_directories(folder_);
+  }
+  ~Bench() {
+    std::error_code failed;
+    fs::remove_all(folder_, failed);
+  }
+
+  bool wire_alone(bool shared_memory) {
+    const Wire wire{own_domain(), shared_memory};
+    test::Process other(beside("").string(), {"echo", std::to_string(wire.domain), shared_memory ? "1" : "0"},
+                        folder_ / "echo.out");
+    Vehicle vehicle("bench");
+    if (!vehicle.ask(wire, protocol::Timing::kLockstep, "race") || !vehicle.joined(kPatience)) return false;
+    const auto states = static_cast<std::uint64_t>(500 * length_s_);
     Stamp next = now();
     for (std::uint64_t i = 1; i <= states; ++i) {
-      state.sequence = i;
-      state.stamp = Stamp(1'000'000'000 + static_cast<std::int64_t>(i) * 20'000'000);
-      if (i == 1) {
-        frame.stamp = state.stamp;
-        endpoint->publish(frame);
-      }
-      sent_[i] = now().count();
-      endpoint->publish(state);
-      next += 20ms;
-      std::this_thread::sleep_for(next - now());
-    }
-    std::this_thread::sleep_for(200ms);
-    const std::lock_guard lock(mutex_);
-    const char* const how = shared_memory ? "shared memory" : "UDP";
-    const std::string name = std::string("state to command, real server, M = 2048, ") + how;
-    print(name.c_str(), round_trip_s_);
-    print("  of it the step", step_s_);
-    keep(name, round_trip_s_, step_s_);
-    return 0;
-  }
-
- private:
-  /// A frame 3 m before the vehicle, before a wall at 8 m.
-  static void draw(const CameraModel& camera, protocol::DepthFrame* frame) {
-    frame->width_px = static_cast<std::uint32_t>(camera.width_px);
-    frame->height_px = static_cast<std::uint32_t>(camera.height_px);
-    frame->encoding = protocol::DepthEncoding::kMillimetres16;
-    frame->pixels.clear();
-    const GateShape shape;
-    for (int v = 0; v < camera.height_px; ++v) {
-      for (int u = 0; u < camera.width_px; ++u) {
-        const Eigen::Vector3d origin_B = camera.X_BC.translation(), ray_B = camera.X_BC.linear() * camera.ray_C(u, v);
-        const double t = (3.0 - origin_B.x()) / ray_B.x(), wall = (8.0 - origin_B.x()) / ray_B.x();
-        const double r = transverse_distance(shape, origin_B + t * ray_B);
-        const auto mm = static_cast<std::uint16_t>(
-            1e3 * (r >= shape.inner_half_m && r <= shape.outer_half_m ? t : std::min(wall, 9.9)));
-        frame->pixels.push_back(static_cast<std::uint8_t>(mm & 0xff));
-        frame->pixels.push_back(static_cast<std::uint8_t>(mm >> 8));
-      }
-    }
-  }
-  void on_reply(const protocol::SessionReply& reply) override {
-    if (!reply.accepted) std::fprintf(stderr, "refused: %s\n", reply.reason.c_str());
-    if (reply.accepted) session_ = reply.session;
-  }
-  void on_command(const protocol::ThrustRateCommand& command) override {
-    const Stamp heard = now();
-    const std::lock_guard lock(mutex_);
-    if (command.answers_sequence >= sent_.size() || command.answers_sequence <= 25) return;  // warm by then
-    round_trip_s_.push_back(seconds(heard - Stamp(sent_[command.answers_sequence])));
-    step_s_.push_back(command.health.solve_time_s);
-  }
-  void on_telemetry(const protocol::Telemetry&) override {}
-  void on_rejected(dds::Topic topic, const std::string& reason) override {
-    std::fprintf(stderr, "%s: %s\n", dds::topic_name(topic), reason.c_str());
-  }
-
-  std::atomic<std::uint64_t> session_{0};
-  std::vector<std::atomic<std::int64_t>> sent_;
-  std::mutex mutex_;
-  std::vector<double> round_trip_s_, step_s_;
-};
-
-class Asker : public dds::ClientHandler {
- public:
-  int run(std::uint32_t domain, bool shared_memory, double length_s) {
-    auto opened = dds::ClientEndpoint::create(domain, "bench", this, {.shared_memory = shared_memory});
-    if (!opened.ok()) {
-      std::fprintf(stderr, "%s\n", opened.error().c_str());
-      return 1;
-    }
-    const auto endpoint = std::move(opened).value();
-    if (!endpoint->publish(test::good_request("bench")).ok()) return 1;
-    for (int i = 0; i < 100 && !accepted_; ++i) std::this_thread::sleep_for(50ms);
-    if (!accepted_) {
-      std::fprintf(stderr, "no answer from the other process\n");
-      return 1;
-    }
-    const auto states = static_cast<std::uint64_t>(500 * length_s);
-    sent_ = std::vector<std::atomic<std::int64_t>>(states + 1);
-    round_trip_s_.reserve(states);
-    auto state = test::good_state("bench");
-    auto frame = test::good_frame("bench");
-    frame.sequence = 0;
-    Stamp next = now();
-    for (std::uint64_t i = 1; i <= states; ++i) {
-      if (i % 25 == 0 || i % 25 == 8 || i % 25 == 16) {  // 3 frames in 25 states of 2 ms: 60 a second
-        ++frame.sequence;
-        frame.stamp = now();
-        endpoint->publish(frame);
-      }
-      state.sequence = i;
-      sent_[i] = now().count();
-      endpoint->publish(state);
+      if (i % 25 == 0 || i % 25 == 8 || i % 25 == 16) vehicle.send_frame(now());  // 60 a second
+      vehicle.send_state(now());
       next += 2ms;
       std::this_thread::sleep_for(next - now());
     }
     std::this_thread::sleep_for(100ms);
-    const std::lock_guard lock(mutex_);
-    const char* const name =
-        shared_memory ? "state to command, 500 Hz, shared memory" : "state to command, 500 Hz, UDP";
-    print(name, round_trip_s_);
-    keep(std::string(name) + " (wire alone)", round_trip_s_, {});
-    return 0;
+    results_.add("state to command, 500 Hz, " + wire.name() + " (wire alone)", round_trips(vehicle.answers(251)));
+    if (other.wait(kPatience) != 0) return false;
+    std::istringstream lines(other.output());
+    results_.add("depth 160 x 90, one way, " + wire.name() + " (wire alone)",
+                 {std::istream_iterator<double>(lines), std::istream_iterator<double>()});
+    return true;
   }
+
+  bool one_vehicle(bool shared_memory) {
+    const Wire wire{own_domain(), shared_memory};
+    std::vector<std::string> arguments;
+    if (!shared_memory) arguments.push_back("--no-shared-memory");
+    test::Process server(server_program(), server_arguments(wire, arguments), folder_ / "server.out");
+    Vehicle vehicle("bench");
+    if (!vehicle.ask(wire, protocol::Timing::kLockstep, "race") || !vehicle.joined(kPatience)) return false;
+    Stamp next = now(), simulated = 1s;
+    vehicle.send_frame(simulated += 20ms);
+    for (int i = 0; i < static_cast<int>(50 * length_s_); ++i) {
+      vehicle.send_state(simulated);
+      simulated += 20ms;
+      next += 20ms;
+      std::this_thread::sleep_for(next - now());
+    }
+    std::this_thread::sleep_for(200ms);
+    std::vector<double> steps_s, beyond_s;
+    const auto answers = vehicle.answers(26);  // warm by then
+    for (const Vehicle::Answer& answer : answers) {
+      steps_s.push_back(answer.step_s);
+      beyond_s.push_back(answer.round_trip_s - answer.step_s);
+    }
+    results_.add("state to command, real server, M = 2048, " + wire.name(), round_trips(answers),
+                 fields_us("step_", steps_s) + fields_us("beyond_", beyond_s));
+    std::printf("%s\n%s\n", line_us("  its step", steps_s).c_str(), line_us("  beyond its step", beyond_s).c_str());
+    return true;
+  }
+
+  bool many_vehicles(int count, bool realtime) {
+    const Wire wire{own_domain(), true};
+    if (!write_profile()) return false;
+    std::vector<std::string> arguments{"--threads",           "2",          "--max-vehicles",
+                                       std::to_string(count), "--profiles", folder_.string()};
+    if (realtime) arguments.push_back("--realtime");
+    test::Process server(server_program(), server_arguments(wire, arguments), folder_ / "server.out");
+    std::vector<std::unique_ptr<Vehicle>> fleet;
+    for (int i = 0; i < count; ++i) {
+      fleet.push_back(std::make_unique<Vehicle>("bench" + std::to_string(i)));
+      if (!fleet.back()->ask(wire, protocol::Timing::kRealTime, "bench")) return false;
+    }
+    for (const auto& vehicle : fleet)
+      if (!vehicle->joined(kPatience)) return false;
+    fly(fleet, 2.0);  // warm
+    const Tally before = tally(fleet);
+    const double server_before_s = processor_time_s(server.pid()), own_before_s = processor_time_s(0);
+    const Stamp begin = now();
+    fly(fleet, length_s_);
+    const double passed_s = seconds(now() - begin);
+    const double server_s = processor_time_s(server.pid()) - server_before_s;
+    const double own_s = processor_time_s(0) - own_before_s;
+    const Tally after = tally(fleet);
+    const double sent = after.sent - before.sent, missed = after.missed - before.missed;
+    const double met_percent = sent > 0.0 ? 100.0 * sent / (sent + missed) : 0.0;
+    std::printf(
+        "%2d vehicles over the wire%-27s ticks %6.0f   met %7.3f %%   a step %5.2f ms   cores: server %.2f, "
+        "vehicles %.2f\n",
+        count, realtime ? ", --realtime" : "", sent + missed, met_percent, 1e3 * after.step_s, server_s / passed_s,
+        own_s / passed_s);
+    std::fflush(stdout);
+    char fields[200];
+    std::snprintf(fields, sizeof fields,
+                  ", \"met_percent\": %.4f, \"ticks\": %.0f, \"step_ms\": %.3f, \"server_cores\": %.3f, "
+                  "\"vehicles_cores\": %.3f",
+                  met_percent, sent + missed, 1e3 * after.step_s, server_s / passed_s, own_s / passed_s);
+    results_.add_entry("fleet/" + std::to_string(count) + (realtime ? "/realtime" : ""), fields);
+    return true;
+  }
+
+  Status write(const std::string& file) const { return write_text_file(file, results_.json()); }
 
  private:
-  void on_reply(const protocol::SessionReply&) override { accepted_ = true; }
-  void on_command(const protocol::ThrustRateCommand& command) override {
-    const Stamp heard = now();
-    const std::lock_guard lock(mutex_);
-    if (command.answers_sequence < sent_.size() && command.answers_sequence > 250)  // the first half second warms up
-      round_trip_s_.push_back(seconds(heard - Stamp(sent_[command.answers_sequence])));
-  }
-  void on_telemetry(const protocol::Telemetry&) override {}
-  void on_rejected(dds::Topic topic, const std::string& reason) override {
-    std::fprintf(stderr, "%s: %s\n", dds::topic_name(topic), reason.c_str());
+  static std::string folder_name() { return "gatefield-dds-bench-" + std::to_string(getpid()); }
+  static std::string server_program() { return beside("gatefield-server").string(); }
+
+  static std::vector<std::string> server_arguments(const Wire& wire, const std::vector<std::string>& more) {
+    std::vector<std::string> all{"--domain", std::to_string(wire.domain), "--name", kServer, "--log-level", "warn"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
   }
 
-  std::atomic<bool> accepted_{false};
-  std::vector<std::atomic<std::int64_t>> sent_;
-  std::mutex mutex_;
-  std::vector<double> round_trip_s_;
+  static std::vector<double> round_trips(const std::vector<Vehicle::Answer>& answers) {
+    std::vector<double> values_s;
+    for (const Vehicle::Answer& answer : answers) values_s.push_back(answer.round_trip_s);
+    return values_s;
+  }
+
+  /// The race profile with half the rollouts, as "bench".
+  bool write_profile() const {
+    const auto file = config::find_config("profiles", "race");
+    std::ifstream in(file ? *file : fs::path());
+    std::string text;
+    for (std::string line; std::getline(in, line);) {
+      if (line.rfind("samples:", 0) == 0) line = "samples: 1024";
+      if (line.rfind("name:", 0) == 0) line = "name: \"bench\"";
+      text += line + "\n";
+    }
+    if (text.find("samples: 1024") != std::string::npos && write_text_file(folder_ / "bench.txt", text)) return true;
+    std::fprintf(stderr, "gatefield-dds-bench: no profile could be made of profiles/race.txt\n");
+    return false;
+  }
+
+  struct Tally {
+    double sent = 0.0, missed = 0.0, step_s = 0.0;  // step: mean over the vehicles' newest
+  };
+  static Tally tally(const std::vector<std::unique_ptr<Vehicle>>& fleet) {
+    std::this_thread::sleep_for(600ms);  // the server tells twice a second
+    Tally all;
+    for (const auto& vehicle : fleet) {
+      const auto told = vehicle->told();
+      if (!told) continue;
+      all.sent += static_cast<double>(told->commands_sent);
+      all.missed += static_cast<double>(told->deadlines_missed);
+      all.step_s += told->health.solve_time_s / static_cast<double>(fleet.size());
+    }
+    return all;
+  }
+
+  /// States at 100 Hz and frames at 30 Hz of each, evenly over the time.
+  static void fly(const std::vector<std::unique_ptr<Vehicle>>& fleet, double length_s) {
+    const Stamp period = 10ms;
+    const auto rounds = static_cast<std::int64_t>(length_s / seconds(period));
+    const auto count = static_cast<std::int64_t>(fleet.size());
+    const Stamp begin = now();
+    for (std::int64_t turn = 0; turn < rounds * count; ++turn) {
+      std::this_thread::sleep_for(begin + turn * period / count - now());
+      Vehicle& vehicle = *fleet[static_cast<std::size_t>(turn % count)];
+      const Stamp stamp = now();
+      const std::int64_t round = turn / count;
+      if (round * 3 / 10 != (round + 1) * 3 / 10) vehicle.send_frame(stamp);
+      vehicle.send_state(stamp);
+    }
+  }
+
+  const double length_s_;
+  const fs::path folder_;
+  Results results_;
 };
 
+int run(double length_s, const char* file) {
+  Bench bench(length_s);
+  bool good = true;
+  for (const bool shared_memory : {true, false}) good = bench.wire_alone(shared_memory) && good;
+  if (fs::exists(beside("gatefield-server"))) {
+    for (const bool shared_memory : {true, false}) good = bench.one_vehicle(shared_memory) && good;
+    for (const bool realtime : {false, true})
+      for (const int count : {8, 16, 32, 48}) good = bench.many_vehicles(count, realtime) && good;
+  } else {
+    std::fprintf(stderr, "gatefield-dds-bench: %s is not built, its part is not measured\n",
+                 beside("gatefield-server").c_str());
+  }
+  if (file == nullptr) return good ? 0 : 1;
+  const Status written = bench.write(file);
+  if (!written) std::fprintf(stderr, "gatefield-dds-bench: %s\n", written.error().c_str());
+  return good && written ? 0 : 1;
+}
+
 }  // namespace
-}  // namespace gatefield
+}  // namespace gatefield::bench
 
 int main(int argc, char** argv) {
-  using namespace gatefield;
+  using namespace gatefield::bench;
+  if (argc == 4 && std::string(argv[1]) == "echo")  // the other process of wire_alone()
+    return echo({static_cast<std::uint32_t>(std::atoi(argv[2])), std::atoi(argv[3]) == 1});
   const double length_s = argc > 1 ? std::atof(argv[1]) : 5.0;
-  if (!(length_s >= 1 && length_s <= 600)) {
-    std::fprintf(stderr, "seconds per measurement is %s, expected 1 to 600\n", argv[1]);
+  if (!(length_s >= 1 && length_s <= 600) || argc > 3) {
+    std::fprintf(stderr, "usage: gatefield-dds-bench [SECONDS, 1 to 600] [FILE]\n");
     return 2;
   }
-  if (argc == 4)  // the other process: <seconds> <domain> <1 = shared memory>
-    return Responder().run(static_cast<std::uint32_t>(std::atoi(argv[2])), std::atoi(argv[3]) == 1, length_s);
-  int code = 0;
-  for (const bool shared_memory : {true, false}) {
-    const std::uint32_t domain = test::own_domain();
-    const pid_t other = fork();
-    if (other == 0) {
-      const std::string length = std::to_string(length_s + 3.5), number = std::to_string(domain);
-      execl("/proc/self/exe", argv[0], length.c_str(), number.c_str(), shared_memory ? "1" : "0",
-            static_cast<char*>(nullptr));
-      _exit(127);
-    }
-    code |= Asker().run(domain, shared_memory, length_s);
-    if (code != 0) kill(other, SIGTERM);
-    int status = 0;
-    waitpid(other, &status, 0);
-    code |= WIFEXITED(status) ? WEXITSTATUS(status) : 1;
-  }
-  for (const bool shared_memory : {true, false}) {
-    const std::uint32_t domain = test::own_domain();
-    std::error_code failed;
-    const auto server = std::filesystem::read_symlink("/proc/self/exe", failed).parent_path() / "gatefield-server";
-    if (!std::filesystem::exists(server)) {
-      std::fprintf(stderr, "%s is not built: state to command with the real server is not measured\n", server.c_str());
-      break;
-    }
-    const pid_t other = fork();
-    if (other == 0) {
-      const std::string number = std::to_string(domain);
-      execl(server.c_str(), server.c_str(), "--domain", number.c_str(), "--name", "bench", "--log-level", "error",
-            shared_memory ? nullptr : "--no-shared-memory", static_cast<char*>(nullptr));
-      _exit(127);
-    }
-    code |= Flyer().run(domain, shared_memory, length_s);
-    kill(other, SIGTERM);
-    waitpid(other, nullptr, 0);
-  }
-  if (argc == 3) {
-    std::FILE* const file = std::fopen(argv[2], "w");
-    if (file == nullptr || std::fprintf(file, "{\"benchmarks\": [\n%s\n]}\n", results.c_str()) < 0 ||
-        std::fclose(file) != 0) {
-      std::fprintf(stderr, "%s can't be written\n", argv[2]);
-      return 1;
-    }
-  }
-  return code;
+  return run(length_s, argc == 3 ? argv[2] : nullptr);
 }

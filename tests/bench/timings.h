@@ -1,0 +1,46 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <vector>
+
+/// What many times come to. Shared by the benchmarks.
+namespace gatefield::bench {
+
+/// The smallest value that at least `part` of all values do not exceed (nearest rank). NaN when there is none.
+inline double quantile(std::vector<double> values, double part) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const double rank = std::ceil(part * static_cast<double>(values.size()) - 1e-9);
+  const auto nth = static_cast<std::size_t>(std::clamp(rank, 1.0, static_cast<double>(values.size()))) - 1;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(nth), values.end());
+  return values[nth];
+}
+
+/// A line for people. @param values_s  seconds, said in microseconds
+inline std::string line_us(const std::string& what, const std::vector<double>& values_s) {
+  char text[200];
+  if (values_s.empty()) {
+    std::snprintf(text, sizeof text, "%-52s nothing arrived", what.c_str());
+  } else {
+    std::snprintf(text, sizeof text, "%-52s n %6zu   p50 %7.0f us   p99 %7.0f us   p99.9 %7.0f us   max %7.0f us",
+                  what.c_str(), values_s.size(), 1e6 * quantile(values_s, 0.5), 1e6 * quantile(values_s, 0.99),
+                  1e6 * quantile(values_s, 0.999), 1e6 * quantile(values_s, 1.0));
+  }
+  return text;
+}
+
+/// The same as fields of a JSON object: "<prefix>p50_us": ..., p99 and p999. Nothing when there is no value.
+inline std::string fields_us(const std::string& prefix, const std::vector<double>& values_s) {
+  if (values_s.empty()) return {};
+  char text[200];
+  std::snprintf(text, sizeof text, ", \"%sp50_us\": %.1f, \"%sp99_us\": %.1f, \"%sp999_us\": %.1f", prefix.c_str(),
+                1e6 * quantile(values_s, 0.5), prefix.c_str(), 1e6 * quantile(values_s, 0.99), prefix.c_str(),
+                1e6 * quantile(values_s, 0.999));
+  return text;
+}
+
+}  // namespace gatefield::bench
