@@ -76,7 +76,7 @@ bool read(const std::string& file, Results* results, Machine* machine) {
     const std::string aggregate = word("aggregate_name");
     if (!aggregate.empty() && aggregate != "median") continue;
     std::string name = word("run_name").empty() ? word("name") : word("run_name");
-    for (const char* part : {"/manual_time", "/real_time", "/iterations:1", "/min_time:0.400"})
+    for (const char* part : {"/manual_time", "/real_time", "/iterations:100", "/iterations:1", "/min_time:0.400"})
       if (const std::size_t at = name.find(part); at != std::string::npos) name.erase(at, std::string(part).size());
     Entry entry;
     for (const auto& [field, value] : values)
@@ -313,9 +313,19 @@ class Report {
     vehicles.columns = {"vehicles", "deadlines met, %", "commands/s", "mean solve time, ms"};
     Table wire;
     wire.title = "State in to command out over DDS on one host";
-    wire.columns = {
-        "what", "p50, us", "p99, us", "p99.9, us", "p50 beyond the step, us", "p99 beyond the median step, us"};
+    wire.columns = {"what",        "p50, us",      "p99, us", "p99.9, us", "its step, p50", "beyond its step: p50",
+                    "beyond: p99", "beyond: p99.9"};
+    Table fleet;
+    fleet.title = "Vehicles at 50 Hz over the wire, M = 1024, gatefield-server with two control threads";
+    fleet.columns = {"vehicles",
+                     "control threads",
+                     "ticks",
+                     "in time, %",
+                     "a step, ms",
+                     "cores that the server took",
+                     "cores that the vehicles' own process took"};
     std::map<int, const Entry*> by_count;
+    std::map<std::pair<bool, int>, std::vector<Cell>> fleet_rows;
     for (const auto& [name, e] : results_) {
       if (name.rfind("frame/", 0) == 0) frames.rows.push_back({name.substr(6), {e.ms(), 2}});
       if (name.rfind("dds/", 0) == 0)
@@ -323,16 +333,41 @@ class Report {
                              {e.number("p50_us"), 0},
                              {e.number("p99_us"), 0},
                              {e.number("p999_us"), 0},
-                             {e.number("p50_us") - e.number("step_p50_us"), 0},
-                             {e.number("p99_us") - e.number("step_p50_us"), 0}});
+                             {e.number("step_p50_us"), 0},
+                             {e.number("beyond_p50_us"), 0},
+                             {e.number("beyond_p99_us"), 0},
+                             {e.number("beyond_p999_us"), 0}});
+      if (name.rfind("fleet/", 0) == 0) {
+        const bool realtime = name.find("/realtime") != std::string::npos;
+        fleet_rows[{realtime, std::atoi(name.c_str() + 6)}] = {{double(std::atoi(name.c_str() + 6)), 0},
+                                                               realtime ? "SCHED_FIFO (--realtime)" : "as any other",
+                                                               {e.number("ticks"), 0},
+                                                               {e.number("met_percent"), 3},
+                                                               {e.number("step_ms"), 2},
+                                                               {e.number("server_cores"), 2},
+                                                               {e.number("vehicles_cores"), 2}};
+      }
       if (name.rfind("vehicles/M=1024/", 0) == 0) by_count[std::atoi(name.c_str() + 16)] = &e;
     }
     for (const auto& [count, e] : by_count)
       vehicles.rows.push_back(
           {{double(count), 0}, {e->number("met_percent"), 2}, {e->number("commands/s"), 0}, {e->ms("real_time"), 2}});
+    for (const auto& [key, row] : fleet_rows) fleet.rows.push_back(row);
     out_ << "\n## Frames, vehicles, the wire\n";
     table(frames);
+    if (!vehicles.rows.empty())
+      out_ << "\nControl alone: the threads that make the steps, with states from one more thread of the same process "
+              "(a "
+              "few microseconds each), without frames and without a wire.\n";
     table(vehicles);
+    if (!fleet.rows.empty())
+      out_ << "\nThe whole server, over shared memory: states at 100 Hz and depth frames at 30 Hz of each vehicle. All "
+              "vehicles live in one process on the same cores and compete with the server for them; its part is told. "
+              "A tick is in time when its command left before the next one, as the server counts it.\n";
+    table(fleet);
+    if (!wire.rows.empty())
+      out_ << "\n`Beyond its step` is each answer's round trip less the time that the server needed to plan this very "
+              "answer.\n";
     table(wire);
   }
 
@@ -357,7 +392,12 @@ int report(const std::vector<std::string>& files, const std::string& folder) {
   }
   std::error_code failed;
   std::filesystem::create_directories(std::filesystem::path(folder) / "performance", failed);
-  const std::string text = Report(std::move(results), folder).text(machine, note);
+  // What people have to say about the run, between head and tables: a file of theirs that is never written here.
+  std::ifstream said(std::filesystem::path(folder) / "performance" / "conditions.md");
+  std::string conditions((std::istreambuf_iterator<char>(said)), {});
+  while (!conditions.empty() && conditions.back() == '\n') conditions.pop_back();
+  if (!note.empty()) conditions += (conditions.empty() ? "" : "\n\n") + note;
+  const std::string text = Report(std::move(results), folder).text(machine, conditions);
   std::ofstream out(std::filesystem::path(folder) / "performance.md");
   out << text;
   if (!out.flush()) {

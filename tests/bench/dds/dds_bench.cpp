@@ -157,8 +157,11 @@ class Bench {
       fleet.push_back(std::make_unique<Vehicle>("bench" + std::to_string(i)));
       if (!fleet.back()->ask(wire, protocol::Timing::kRealTime, "bench")) return false;
     }
-    for (const auto& vehicle : fleet)
-      if (!vehicle->joined(kPatience)) return false;
+    for (std::size_t i = 0; i < fleet.size(); ++i) {
+      if (!fleet[i]->joined(kPatience)) return false;
+      // A server takes vehicles in one after the other, and ends sessions that it hears nothing of.
+      for (std::size_t in = 0; in <= i; ++in) fleet[in]->send_state(now());
+    }
     fly(fleet, 2.0);  // warm
     const Tally before = tally(fleet);
     const double server_before_s = processor_time_s(server.pid()), own_before_s = processor_time_s(0);
@@ -261,8 +264,9 @@ int run(double length_s, const char* file) {
   for (const bool shared_memory : {true, false}) good = bench.wire_alone(shared_memory) && good;
   if (fs::exists(beside("gatefield-server"))) {
     for (const bool shared_memory : {true, false}) good = bench.one_vehicle(shared_memory) && good;
-    for (const bool realtime : {false, true})
-      for (const int count : {8, 16, 32, 48}) good = bench.many_vehicles(count, realtime) && good;
+    for (const auto& [count, realtime] : {std::pair(8, false), std::pair(16, false), std::pair(32, false),
+                                          std::pair(48, false), std::pair(32, true), std::pair(48, true)})
+      good = bench.many_vehicles(count, realtime) && good;
   } else {
     std::fprintf(stderr, "gatefield-dds-bench: %s is not built, its part is not measured\n",
                  beside("gatefield-server").c_str());
