@@ -14,6 +14,8 @@
 #include "server/kernels/decoder/tiled-inl.h"
 #include "tests/unit/server/kernels/emulated_tiles.h"
 
+// Functions that call a kernel's inline code have to be compiled for the same instructions.
+HWY_BEFORE_NAMESPACE();
 namespace gatefield::kernels {
 
 /// As amx_bf16.cpp, but for tiles and encoding.
@@ -54,3 +56,4 @@ inline void decode_emulated(const FoldedDecoder& folded, std::span<const float> 
 }
 
 }  // namespace gatefield::kernels
+HWY_AFTER_NAMESPACE();
