@@ -59,7 +59,7 @@ class TracedPlanner final : public planner::Planner {
     step.hold = input.hold;
     step.seen = input.target.seen;
     step.p_W = input.start.p_WB;
-    step.center_W = input.target.center_W;
+    step.center_W = input.target.center_W - input.target.moved_W;
     step.axis_W = input.target.axis_W;
     step.center_sigma_m = input.target.center_sigma_m;
     step.axis_sigma_rad = input.target.axis_sigma_rad;

@@ -24,6 +24,9 @@ struct GateBelief {
   double center_sigma_m = 1.0;                         ///< how sure, one sigma
   double axis_sigma_rad = 1.0;
   const Field* field = nullptr;  ///< null until a valid latent is in the memory
+  /// center_W minus the centre that perception believes in: profiles may keep the nominal waypoint all the same. No
+  /// plan depends on it; it keeps what was believed apart from what was aimed at.
+  Eigen::Vector3d moved_W = Eigen::Vector3d::Zero();
 };
 
 }  // namespace gatefield::planner

@@ -29,7 +29,9 @@ planner::GateBelief KnownGates::belief(std::uint32_t waypoint) const noexcept {
 
 planner::GateBelief KnownGates::belief_at_nominal_center(std::uint32_t waypoint) const noexcept {
   planner::GateBelief gate = belief(waypoint);
-  gate.center_W = course_->nominal(waypoint).center_W;
+  const Eigen::Vector3d nominal_W = course_->nominal(waypoint).center_W;
+  gate.moved_W = nominal_W - gate.center_W;
+  gate.center_W = nominal_W;
   return gate;
 }
 

@@ -243,6 +243,8 @@ TEST(SessionDepth, AProfileMayKeepTheNominalWaypointBesideTheField) {
   EXPECT_TRUE(input.target.seen);
   EXPECT_NE(input.target.field, nullptr);
   EXPECT_EQ(input.target.center_W, bench.request.course.waypoints[0].p_W);
+  const Eigen::Vector3d believed_W = Eigen::Vector3d(1, 0, 1.5) + bench.request.camera.X_BC * Eigen::Vector3d(0, 0, 4);
+  EXPECT_LT((input.target.center_W - input.target.moved_W - believed_W).norm(), 1e-6);
 }
 
 TEST(SessionDepth, EmptyAndSaturatedFramesLeaveTheLastLatentWithItsAge) {
