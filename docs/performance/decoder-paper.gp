@@ -8,7 +8,7 @@ set tics nomirror
 set grid back lc rgb '#dddddd' lt 1
 set key top right
 set xlabel ''
-set xtics ('ours_avx3_bf16' 0, 'onednn_bf16' 1, 'ours_avx3' 2, 'libtorch_bf16' 3, 'onednn_fp32' 4, 'ours_avx2' 5, 'libtorch_fp32' 6, 'eigen_fp32' 7, 'ours_sse4' 8, 'ours_scalar' 9)
+set xtics ('ours_avx3_int16' 0, 'onednn_bf16' 1, 'libtorch_bf16' 2, 'ours_avx3' 3, 'onednn_fp32' 4, 'ours_avx2' 5, 'libtorch_fp32' 6, 'eigen_fp32' 7, 'ours_sse4' 8, 'ours_scalar' 9)
 set ylabel '163,840 queries on one core [ms]'
 set yrange [0:*]
 set boxwidth 0.736

@@ -12,4 +12,6 @@ set logscale x
 set ylabel 'step, median [ms]'
 set logscale y
 plot 'step.csv' skip 1 every ::0::5 using 2:3 with linespoints lw 2 pt 7 ps 0.9 lc rgb '#0072b2' title 'one core', \
-     'step.csv' skip 1 every ::6::11 using 2:3 with linespoints lw 2 pt 7 ps 0.9 lc rgb '#d55e00' title 'one core, all decoded'
+     'step.csv' skip 1 every ::6::11 using 2:3 with linespoints lw 2 pt 7 ps 0.9 lc rgb '#d55e00' title 'two cores', \
+     'step.csv' skip 1 every ::12::17 using 2:3 with linespoints lw 2 pt 7 ps 0.9 lc rgb '#009e73' title 'one core, all decoded', \
+     'step.csv' skip 1 every ::18::23 using 2:3 with linespoints lw 2 pt 7 ps 0.9 lc rgb '#cc79a7' title 'two cores, all decoded'
