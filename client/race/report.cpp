@@ -151,6 +151,16 @@ Shown flights_of(const fs::path& folder, const Cell& cell, const std::vector<Tri
   return {};
 }
 
+/// Flights over another link, or with other eyes, look like those of the cell that they are compared with.
+bool has_flights_picture(const Campaign& campaign, const Cell& cell) {
+  const auto figure = std::find_if(campaign.figures.begin(), campaign.figures.end(),
+                                   [&](const Figure& each) { return each.name == cell.figure; });
+  const bool against_link =
+      figure != campaign.figures.end() &&
+      (figure->against == Against::kDelay || figure->against == Against::kJitter || figure->against == Against::kLoss);
+  return cell.beside.empty() && !against_link;
+}
+
 /// A picture of a lost flight for each cause: of the learned field's flights when it has one.
 std::string cause_pictures(const fs::path& folder, const Campaign& campaign, const std::vector<TrialResult>& results) {
   std::string page;
@@ -622,6 +632,7 @@ Result<ReportFiles> write_report(const fs::path& folder) {
     }
   page += rollout_pictures(folder, *campaign);
   for (const Cell& cell : campaign->cells) {
+    if (!has_flights_picture(*campaign, cell)) continue;
     const Shown shown = flights_of(folder, cell, *results);
     if (shown.flights.empty()) continue;
     const std::string name = cell.name + "-flights.png";
