@@ -85,9 +85,7 @@ class Keeper {
   }
 
  private:
-  std::uint64_t first_seed(const Trial& trial) const {
-    return request_.selection.seeds.value_or(trial.cell->seeds).first;
-  }
+  std::uint64_t first_seed(const Trial& trial) const { return request_.selection.seeds_of(*trial.cell).first; }
   Status draw_end(const Trial& trial, const Flight& flight, const TrialResult& result,
                   const config::Scenario& scenario) const {
     const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, trial.seed);

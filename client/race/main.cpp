@@ -187,7 +187,8 @@ void declare_run(CLI::App* app, Arguments* a, bool out_required) {
       ->capture_default_str();
   app->add_option("--shard", a->shard, "Only this part of the trials, e.g. 3/16; parts may share a folder")
       ->type_name("INDEX/COUNT");
-  app->add_option("--seeds", a->seeds, "These in place of the campaign's, e.g. 1-20")->type_name("FIRST-LAST");
+  app->add_option("--seeds", a->seeds, "These in place of the campaign's, e.g. 1-20; a cell of a single seed keeps it")
+      ->type_name("FIRST-LAST");
   app->add_option("--limit", a->limit, "At most so many trials in this run; 0 = all")->capture_default_str();
   app->add_flag("--dry-run", a->dry_run, "Only say which trials would be flown");
   app->add_flag("--no-report", a->no_report, "No tables and pictures at the end (gatefield-race report makes them)");

@@ -194,11 +194,10 @@ std::string server_key(const Cell& cell) {
 std::vector<Trial> trials_of(const Campaign& campaign, const Selection& selection) {
   std::vector<std::string> servers;
   std::uint64_t rounds = 0;
-  const auto seeds_of = [&](const Cell& cell) { return selection.seeds.value_or(cell.seeds); };
   for (const Cell& cell : campaign.cells) {
     const std::string key = server_key(cell);
     if (std::find(servers.begin(), servers.end(), key) == servers.end()) servers.push_back(key);
-    rounds = std::max(rounds, seeds_of(cell).count());
+    rounds = std::max(rounds, selection.seeds_of(cell).count());
   }
   const auto shards = static_cast<std::uint64_t>(selection.shard.count);
   std::vector<Trial> trials;
@@ -209,8 +208,8 @@ std::vector<Trial> trials_of(const Campaign& campaign, const Selection& selectio
       for (const Cell& cell : campaign.cells)
         for (const double speed_m_s : cell.speeds_m_s) {
           const bool mine = place++ % shards + 1 == static_cast<std::uint64_t>(selection.shard.index);
-          if (mine && server_key(cell) == server && round < seeds_of(cell).count())
-            trials.push_back({&cell, speed_m_s, seeds_of(cell).first + round});
+          if (mine && server_key(cell) == server && round < selection.seeds_of(cell).count())
+            trials.push_back({&cell, speed_m_s, selection.seeds_of(cell).first + round});
         }
     }
   return trials;

@@ -38,7 +38,11 @@ Result<Shard> parse_shard(const std::string& text);
 
 struct Selection {
   Shard shard;
-  std::optional<SeedRange> seeds;  ///< in place of the cells'
+  std::optional<SeedRange> seeds;  ///< in place of the cells'; one of a single seed keeps it: that flight is meant
+
+  SeedRange seeds_of(const Cell& cell) const {
+    return cell.seeds.count() == 1 ? cell.seeds : seeds.value_or(cell.seeds);
+  }
 };
 
 /// The trials of a campaign in the order of flight: servers one after the other (see server_key()), the first seed of

@@ -64,6 +64,18 @@ TEST(Trials, OtherSeedsReplaceTheCells) {
   EXPECT_EQ(trials.back().seed, 101u);
 }
 
+TEST(Trials, ACellOfOneSeedKeepsIt) {
+  const auto trials = trials_of(campaign_of(R"(
+    defaults { scenario: "circle" seeds { first: 1 last: 3 } speed_m_s: 5 }
+    cell { name: "many" } cell { name: "that-flight" seeds { first: 7 last: 7 } }
+  )"),
+                                {{}, SeedRange{100, 101}});
+  ASSERT_EQ(trials.size(), 3u);
+  EXPECT_EQ(trials[0].seed, 100u);
+  EXPECT_EQ(trials[1].seed, 7u);
+  EXPECT_EQ(trials[2].seed, 101u);
+}
+
 TEST(ShardText, IsIndexAndCount) {
   EXPECT_EQ(parse_shard("3/16")->index, 3);
   EXPECT_EQ(parse_shard("3/16")->count, 16);
