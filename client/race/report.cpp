@@ -460,6 +460,8 @@ plot::Chart success_chart(const Campaign& campaign, const Figure& figure, const 
   for (const Line& line : lines) {
     const Cell* cell = campaign.find(line.cell);
     if (cell == nullptr || cell->figure != figure.name) continue;
+    // One speed is no curve: what other eyes see at one speed stands in the table of perceptions.
+    if (!cell->beside.empty() && cell->speeds_m_s.size() == 1 && figure.against == Against::kSpeed) continue;
     std::string name = cell->series;
     if (figure.against != Against::kSpeed && cell->speeds_m_s.size() > 1)
       name += ", " + number(line.speed_m_s) + " m/s";
