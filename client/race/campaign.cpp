@@ -203,7 +203,7 @@ Status check_numbers(const CellSpec& spec, const Place& place) {
                                     std::to_string(spec.seeds().last()) + ", expected first <= last and at most " +
                                     std::to_string(kMaxSeeds) + " of them");
   if (spec.has_laps())
-    if (auto status = check(place, "laps", "laps", spec.laps(), 1, protocol::kMaxLaps, ""); !status) return status;
+    if (auto status = check(place, "laps", "laps", spec.laps(), 1, kMaxLaps, ""); !status) return status;
   const LinkSpec& link = spec.link();
   if (auto status = check(place, "link", "link.each_way_ms", link.each_way_ms(), 0, 500, " ms"); !status) return status;
   if (auto status = check(place, "link", "link.jitter_ms", link.jitter_ms(), 0, 1000, " ms"); !status) return status;

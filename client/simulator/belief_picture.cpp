@@ -68,7 +68,7 @@ void draw_path(Canvas* canvas, const View& view, const Report& report, double fr
 
 /// The opening where it is believed to be, upright as far as its axis allows, and its axis.
 void draw_belief(Canvas* canvas, const View& view, const GateShape& shape, const trace::Step& step, double age) {
-  const Eigen::Isometry3d X_WG = config::gate_pose(step.center_W, step.axis_W);
+  const Eigen::Isometry3d X_WG = gate_pose(step.center_W, step.axis_W);
   const cv::Scalar color = step.seen ? cv::Scalar(230, 160, 60) : kNominal;
   const cv::Scalar faded = color + (cv::Scalar(255, 255, 255) - color) * (0.75 * age);
   const auto at = [&](double x, double y, double z) { return Eigen::Vector3d(X_WG * Eigen::Vector3d(x, y, z)); };
@@ -142,7 +142,7 @@ Status write_end_picture(const std::filesystem::path& file, const config::Scenar
     for (const trace::Step& step : trace) {
       const double age = (end_s - race_time_s(step)) / kShown_s;
       if (static_cast<int>(step.waypoint) == gate && !step.hold && age >= 0 && age <= 1)
-        draw_belief(&canvas, view, protocol::gate_shape(scenario.track.course, step.waypoint), step, age);
+        draw_belief(&canvas, view, scenario.track.course.waypoints[step.waypoint].gate, step, age);
     }
     draw_nominal(&canvas, view, scenario.track);
     draw_path(&canvas, view, report, end_s - kShown_s, end_s, 3.0);
@@ -231,7 +231,7 @@ Status write_approach_picture(const std::filesystem::path& file, const config::S
     view.draw_axes(caption, "x [m]", moment == 0 ? "y [m]" : "");
     for (const trace::Rollout& rollout : step.rollouts) draw_rollout(&canvas, view, step.p_W, rollout, 1.0);
     draw_world(&canvas, view, world);
-    draw_belief(&canvas, view, protocol::gate_shape(scenario.track.course, step.waypoint), step, 0.0);
+    draw_belief(&canvas, view, scenario.track.course.waypoints[step.waypoint].gate, step, 0.0);
     draw_path(&canvas, view, report, 0.0, race_time_s(step), 1.6);
     draw_nominal(&canvas, view, scenario.track);
   }

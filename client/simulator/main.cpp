@@ -65,9 +65,7 @@ void declare(CLI::App* app, Arguments* a) {
   app->add_option("--vehicle", a->vehicle, "Vehicle in place of the scenario's: a file or a short name")->group("Race");
   app->add_option("--seed", a->seed, "Seed of the gates' displacement, the noise and the planner")->group("Race");
   app->add_option("--planner-seed", a->planner_seed, "Seed of the planner alone (default: --seed)")->group("Race");
-  app->add_option("--laps", a->laps, "Laps in place of the course's")
-      ->check(CLI::Range(1, protocol::kMaxLaps))
-      ->group("Race");
+  app->add_option("--laps", a->laps, "Laps in place of the course's")->check(CLI::Range(1, kMaxLaps))->group("Race");
   app->add_option("--speed", a->speed_m_s, "Soft speed limit in m/s (default: the profile's)")
       ->check(CLI::Range(0.5, 50.0))
       ->group("Race");

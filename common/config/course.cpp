@@ -38,8 +38,8 @@ GateShape::Opening opening_of(GateSpec::Opening opening) {
   return opening == GateSpec::ROUND ? GateShape::Opening::kRound : GateShape::Opening::kSquare;
 }
 
-Status add_waypoint(const WaypointSpec& spec, const std::string& field, protocol::Course* course) {
-  protocol::Waypoint waypoint;
+Status add_waypoint(const WaypointSpec& spec, const std::string& field, const GateShape& gate, Course* course) {
+  Waypoint waypoint;
   waypoint.p_W = to_vector(spec.position());
   if (auto status = check_point(field + ".position", waypoint.p_W); !status) return status;
   if (spec.has_yaw_deg() && spec.has_direction())
@@ -53,8 +53,8 @@ Status add_waypoint(const WaypointSpec& spec, const std::string& field, protocol
       return Error{field + ".direction is " + text(direction) + ", expected a finite vector that is not zero"};
     waypoint.direction_W = direction.normalized();
   }
-  // `gate` is read before: see convert().
-  waypoint.other_opening = spec.has_opening() && opening_of(spec.opening()) != course->gate.opening;
+  waypoint.gate = gate;
+  if (spec.has_opening()) waypoint.gate.opening = opening_of(spec.opening());
   course->waypoints.push_back(waypoint);
   return {};
 }
@@ -100,10 +100,11 @@ Status check_places(const Track& track) {
     const std::string field = "waypoint[" + std::to_string(i) + "].position";
     if (!volume.contains(p_W))
       return Error{field + " is " + text(p_W) + ", expected a place in the flight volume, " + range};
-    const double lowest_m = p_W.z() - track.course.gate.outer_half_m;
+    const double outer_half_m = track.course.waypoints[i].gate.outer_half_m;
+    const double lowest_m = p_W.z() - outer_half_m;
     if (track.has_floor && lowest_m < track.floor_z_m - 1e-9)
       return Error{field + " is " + text(p_W) + ", expected z of at least " +
-                   std::to_string(track.floor_z_m + track.course.gate.outer_half_m) +
+                   std::to_string(track.floor_z_m + outer_half_m) +
                    " m, so that the gate stands on the floor or above"};
   }
   if (!volume.contains(track.start_p_WB))
@@ -116,21 +117,22 @@ Status check_places(const Track& track) {
 
 Status convert(const CourseFile& spec, Track* track) {
   track->title = spec.title();
-  if (spec.waypoint_size() < 1 || spec.waypoint_size() > protocol::kMaxWaypoints)
+  if (spec.waypoint_size() < 1 || spec.waypoint_size() > kMaxWaypoints)
     return Error{"waypoint is given " + std::to_string(spec.waypoint_size()) + " times, expected 1 to " +
-                 std::to_string(protocol::kMaxWaypoints)};
-  track->course.gate.opening = opening_of(spec.gate().opening());
-  for (int i = 0; i < spec.waypoint_size(); ++i)
-    if (auto status = add_waypoint(spec.waypoint(i), "waypoint[" + std::to_string(i) + "]", &track->course); !status)
-      return status;
-  if (auto status = check_number("laps", spec.laps(), 1, protocol::kMaxLaps, ""); !status) return status;
-  track->course.laps = spec.laps();
-  track->course.closed = spec.closed();
-  GateShape& gate = track->course.gate;
+                 std::to_string(kMaxWaypoints)};
+  GateShape gate;
+  gate.opening = opening_of(spec.gate().opening());
   gate.inner_half_m = spec.gate().inner_half_m();
   gate.outer_half_m = spec.gate().outer_half_m();
   gate.thickness_m = spec.gate().thickness_m();
   if (auto status = validate(gate); !status) return status;
+  for (int i = 0; i < spec.waypoint_size(); ++i)
+    if (auto status = add_waypoint(spec.waypoint(i), "waypoint[" + std::to_string(i) + "]", gate, &track->course);
+        !status)
+      return status;
+  if (auto status = check_number("laps", spec.laps(), 1, kMaxLaps, ""); !status) return status;
+  track->course.laps = spec.laps();
+  track->course.closed = spec.closed();
   if (auto status = check_number("gate.reflectance", spec.gate().reflectance(), 0, 1, ""); !status) return status;
   track->gate_reflectance = static_cast<float>(spec.gate().reflectance());
   for (std::size_t i = 0; i < track->course.waypoints.size(); ++i) {
@@ -140,7 +142,7 @@ Status convert(const CourseFile& spec, Track* track) {
       return Error{"waypoint[" + std::to_string(i) +
                    "] has no neighbours to take its direction from, expected yaw_deg or direction"};
   }
-  if (auto status = protocol::validate(track->course); !status) return status;
+  if (auto status = validate(track->course); !status) return status;
 
   track->start_p_WB = to_vector(spec.start().position());
   if (auto status = check_point("start.position", track->start_p_WB); !status) return status;
@@ -172,34 +174,11 @@ Status convert(const CourseFile& spec, Track* track) {
 
 }  // namespace
 
-Eigen::Vector3d passing_direction(const protocol::Course& course, std::size_t i) {
-  const auto& waypoints = course.waypoints;
-  if (!waypoints[i].direction_W.isZero()) return waypoints[i].direction_W.normalized();
-  const std::size_t count = waypoints.size();
-  const std::size_t before = i > 0 ? i - 1 : (course.closed ? count - 1 : 0);
-  const std::size_t after = i + 1 < count ? i + 1 : (course.closed ? 0 : i);
-  Eigen::Vector3d direction = waypoints[after].p_W - waypoints[before].p_W;
-  // two gates on a closed course: before and after are the same, so go by the way in
-  if (direction.norm() < 1e-6) direction = waypoints[i].p_W - waypoints[before].p_W;
-  return direction.norm() < 1e-6 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(direction.normalized());
-}
-
-Eigen::Isometry3d gate_pose(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction_W) {
-  const Eigen::Vector3d x = direction_W.normalized();
-  Eigen::Vector3d y = Eigen::Vector3d::UnitZ().cross(x);
-  y = y.norm() < 1e-6 ? Eigen::Vector3d::UnitY()
-                      : Eigen::Vector3d(y.normalized());  // straight up or down: any level y will do
-  Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
-  X_WG.linear() << x, y, x.cross(y);
-  X_WG.translation() = p_W;
-  return X_WG;
-}
-
 scene::World nominal_world(const Track& track) {
   scene::World world;
   for (std::size_t i = 0; i < track.course.waypoints.size(); ++i)
     world.gates.push_back({gate_pose(track.course.waypoints[i].p_W, passing_direction(track.course, i)),
-                           protocol::gate_shape(track.course, i), track.gate_reflectance});
+                           track.course.waypoints[i].gate, track.gate_reflectance});
   world.boxes = track.clutter;
   world.has_floor = track.has_floor;
   world.floor_z_m = track.floor_z_m;

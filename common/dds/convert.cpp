@@ -12,7 +12,7 @@ namespace gatefield::dds {
 static_assert(wire::PROTOCOL_VERSION == protocol::kVersion);
 static_assert(wire::NAME_LENGTH == protocol::kMaxNameLength);
 static_assert(wire::REASON_LENGTH == protocol::kMaxReasonLength);
-static_assert(wire::WAYPOINTS == protocol::kMaxWaypoints);
+static_assert(wire::WAYPOINTS == kMaxWaypoints);
 static_assert(wire::PLAN_STEPS == protocol::kMaxPlanSteps);
 static_assert(wire::ISA_LENGTH + 1 == std::tuple_size_v<decltype(protocol::ThrustRateCommand::isa)>);
 
@@ -108,37 +108,43 @@ void from_wire(const wire::Camera& in, CameraModel* out) {
 /// Of a direction, when the gate's opening is of the other kind than gate_opening. A power of two: nothing is rounded.
 constexpr double kOtherOpeningLength = 2.0;
 
-void to_wire(const protocol::Course& in, wire::Course* out) {
+void to_wire(const Course& in, wire::Course* out) {
   out->waypoints().resize(in.waypoints.size());
   for (std::size_t i = 0; i < in.waypoints.size(); ++i) {
     put(in.waypoints[i].p_W, &out->waypoints()[i].p_W());
-    const double length = in.waypoints[i].other_opening ? kOtherOpeningLength : 1.0;
+    const bool other = in.waypoints[i].gate.opening != in.waypoints[0].gate.opening;
+    const double length = other ? kOtherOpeningLength : 1.0;
     put(Eigen::Vector3d(length * in.waypoints[i].direction_W), &out->waypoints()[i].direction_W());
   }
   out->laps(to_unsigned(in.laps));
   out->closed(in.closed);
-  out->gate_opening(static_cast<std::uint8_t>(in.gate.opening));
-  out->gate_inner_half_m(in.gate.inner_half_m);
-  out->gate_outer_half_m(in.gate.outer_half_m);
-  out->gate_thickness_m(in.gate.thickness_m);
+  if (in.waypoints.empty()) return;
+  const GateShape& gate = in.waypoints[0].gate;
+  out->gate_opening(static_cast<std::uint8_t>(gate.opening));
+  out->gate_inner_half_m(gate.inner_half_m);
+  out->gate_outer_half_m(gate.outer_half_m);
+  out->gate_thickness_m(gate.thickness_m);
 }
 
-void from_wire(const wire::Course& in, protocol::Course* out) {
+void from_wire(const wire::Course& in, Course* out) {
   out->waypoints.resize(in.waypoints().size());
   for (std::size_t i = 0; i < in.waypoints().size(); ++i) {
     get(in.waypoints()[i].p_W(), &out->waypoints[i].p_W);
-    protocol::Waypoint& waypoint = out->waypoints[i];
+    Waypoint& waypoint = out->waypoints[i];
     get(in.waypoints()[i].direction_W(), &waypoint.direction_W);
     // Other lengths stay as they are: validate() refuses them.
-    waypoint.other_opening = std::abs(waypoint.direction_W.norm() - kOtherOpeningLength) <= 1e-3 * kOtherOpeningLength;
-    if (waypoint.other_opening) waypoint.direction_W /= kOtherOpeningLength;
+    waypoint.gate.opening = static_cast<GateShape::Opening>(in.gate_opening());
+    if (std::abs(waypoint.direction_W.norm() - kOtherOpeningLength) <= 1e-3 * kOtherOpeningLength) {
+      waypoint.direction_W /= kOtherOpeningLength;
+      waypoint.gate.opening = waypoint.gate.opening == GateShape::Opening::kRound ? GateShape::Opening::kSquare
+                                                                                  : GateShape::Opening::kRound;
+    }
+    waypoint.gate.inner_half_m = in.gate_inner_half_m();
+    waypoint.gate.outer_half_m = in.gate_outer_half_m();
+    waypoint.gate.thickness_m = in.gate_thickness_m();
   }
   out->laps = to_int(in.laps());
   out->closed = in.closed();
-  out->gate.opening = static_cast<GateShape::Opening>(in.gate_opening());
-  out->gate.inner_half_m = in.gate_inner_half_m();
-  out->gate.outer_half_m = in.gate_outer_half_m();
-  out->gate.thickness_m = in.gate_thickness_m();
 }
 
 void to_wire(const protocol::PlannerHealth& in, wire::PlannerHealth* out) {

@@ -4,6 +4,8 @@
 #include <numbers>
 #include <string>
 
+#include "common/base/text.h"
+
 namespace gatefield {
 
 bool CameraModel::sees(const Eigen::Vector3d& p_C, double margin_px) const noexcept {
@@ -44,7 +46,7 @@ CameraModel default_camera() {
 
 Status validate(const CameraModel& camera) {
   const auto wrong = [](const char* field, double value, const char* expected) {
-    return Error{std::string("camera.") + field + " is " + std::to_string(value) + ", expected " + expected};
+    return Error::invalid(std::string("camera.") + field, text(value), expected);
   };
   if (camera.width_px < 16 || camera.width_px > 1280) return wrong("width_px", camera.width_px, "16 to 1280");
   if (camera.height_px < 16 || camera.height_px > 1280) return wrong("height_px", camera.height_px, "16 to 1280");
@@ -60,7 +62,7 @@ Status validate(const CameraModel& camera) {
   if (!(camera.rate_hz >= 1 && camera.rate_hz <= 240)) return wrong("rate_hz", camera.rate_hz, "1 to 240 Hz");
   const Eigen::Matrix3d R = camera.X_BC.linear();
   if (!R.allFinite() || !(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0)
-    return Error{"camera.X_BC is not a rigid transform, expected a unit quaternion for the mounting"};
+    return Error::invalid("camera.X_BC", "not a rigid transform", "a unit quaternion for the mounting");
   if (!camera.X_BC.translation().allFinite() || camera.X_BC.translation().norm() > 2.0)
     return wrong("X_BC.translation", camera.X_BC.translation().norm(),
                  "a finite mounting point at most 2 m from the body");

@@ -2,11 +2,13 @@
 
 #include <string>
 
+#include "common/base/text.h"
+
 namespace gatefield {
 
 Status validate(const GateShape& shape) {
   const auto wrong = [](const char* field, double value, const char* expected) {
-    return Error{std::string("gate.") + field + " is " + std::to_string(value) + ", expected " + expected};
+    return Error::invalid(std::string("gate.") + field, text(value), expected);
   };
   if (!(shape.inner_half_m >= 0.1 && shape.inner_half_m <= 5))
     return wrong("inner_half_m", shape.inner_half_m, "0.1 to 5 m");

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/base/clock.h"
+#include "common/course/course.h"
 #include "common/geometry/camera.h"
-#include "common/geometry/gate.h"
 #include "common/vehicle/quadrotor.h"
 
 /// What clients and the planning server say to each other, as the program sees it (the IDL in idl/ is how it travels).
@@ -21,35 +21,7 @@ inline constexpr std::uint32_t kVersion = 1;
 
 inline constexpr std::size_t kMaxNameLength = 63;  ///< vehicle names: [A-Za-z0-9_.-], 1 to 63 characters
 inline constexpr std::size_t kMaxReasonLength = 511;
-inline constexpr int kMaxWaypoints = 64;
 inline constexpr int kMaxPlanSteps = 64;
-inline constexpr int kMaxLaps = 1000;
-
-/// A sparse waypoint of the course: about where a gate is.
-struct Waypoint {
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< nominal centre of the opening
-  Eigen::Vector3d direction_W =
-      Eigen::Vector3d::Zero();  ///< rough passing direction, unit; zero = follows from the neighbours
-  /// The opening is of the other kind than Course::gate says: round among square ones, or square among round ones.
-  /// Needs a direction, which carries it on the wire.
-  bool other_opening = false;
-};
-
-struct Course {
-  std::vector<Waypoint> waypoints;  ///< 1 to kMaxWaypoints, flown in order
-  int laps = 1;                     ///< 1 to kMaxLaps
-  bool closed = true;               ///< after the last waypoint of a lap comes the first one
-  GateShape gate;                   ///< nominal shape of every gate, but for Waypoint::other_opening
-};
-
-/// Nominal shape of gate i. @pre i < course.waypoints.size()
-inline GateShape gate_shape(const Course& course, std::size_t i) {
-  GateShape shape = course.gate;
-  if (course.waypoints[i].other_opening)
-    shape.opening =
-        shape.opening == GateShape::Opening::kRound ? GateShape::Opening::kSquare : GateShape::Opening::kRound;
-  return shape;
-}
 
 enum class Timing : std::uint8_t {
   kRealTime = 0,  ///< the server plans at its control rate from the newest state

@@ -1,8 +1,9 @@
 #include "common/protocol/validate.h"
 
 #include <cmath>
-#include <cstdio>
 #include <string>
+
+#include "common/base/text.h"
 
 namespace gatefield::protocol {
 namespace {
@@ -15,45 +16,19 @@ constexpr double kMaxThrustRate_n_s = 1e6;
 constexpr double kMaxDuration_s = 60.0;
 constexpr double kUnitTolerance = 1e-3;
 
-// Every check below returns this: success costs nothing, a refusal builds its sentence.
+/// Every check below returns this: success costs nothing, a refusal builds its sentence.
 Error wrong(const std::string& field, const std::string& value, const std::string& expected) {
-  return Error{field + " is " + value + ", expected " + expected};
-}
-
-std::string text(double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.9g", value);
-  return buffer;
-}
-template <typename Integer>
-std::string text_of(Integer value) {
-  return std::to_string(value);
-}
-
-template <typename Vector>
-std::string text(const Eigen::MatrixBase<Vector>& v) {
-  std::string out = "(";
-  for (Eigen::Index i = 0; i < v.size(); ++i) out += (i ? ", " : "") + text(static_cast<double>(v[i]));
-  return out + ")";
-}
-
-// Control characters in a sentence could forge log lines and terminal commands.
-bool printable(const std::string& s) {
-  for (const char c : s) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) return false;
-  }
-  return true;
+  return Error::invalid(field, value, expected);
 }
 
 Status check_version(std::uint32_t version) {
   if (version != kVersion)
-    return wrong("version", text_of(version), std::to_string(kVersion) + " (the protocol version of this program)");
+    return wrong("version", text(version), std::to_string(kVersion) + " (the protocol version of this program)");
   return {};
 }
 
 Status check_stamp(const char* field, Stamp stamp) {
-  if (stamp.count() < 0) return wrong(field, text_of(stamp.count()) + " ns", "at least 0");
+  if (stamp.count() < 0) return wrong(field, text(stamp.count()) + " ns", "at least 0");
   return {};
 }
 
@@ -96,15 +71,15 @@ Status check_health(const PlannerHealth& health) {
       return s;
   if (auto s = check_range("health.state_age_s", health.state_age_s, 0, 1e9, "at least 0 s"); !s) return s;
   if (health.target_waypoint > kMaxWaypoints)
-    return wrong("health.target_waypoint", text_of(health.target_waypoint), "at most " + std::to_string(kMaxWaypoints));
-  if (health.lap > kMaxLaps) return wrong("health.lap", text_of(health.lap), "at most " + std::to_string(kMaxLaps));
+    return wrong("health.target_waypoint", text(health.target_waypoint), "at most " + std::to_string(kMaxWaypoints));
+  if (health.lap > kMaxLaps) return wrong("health.lap", text(health.lap), "at most " + std::to_string(kMaxLaps));
   return {};
 }
 
 Status check_heard(std::uint32_t waypoint, std::uint32_t lap) {
   if (waypoint > kMaxWaypoints)
-    return wrong("heard_waypoint", text_of(waypoint), "at most " + std::to_string(kMaxWaypoints));
-  if (lap > kMaxLaps) return wrong("heard_lap", text_of(lap), "at most " + std::to_string(kMaxLaps));
+    return wrong("heard_waypoint", text(waypoint), "at most " + std::to_string(kMaxWaypoints));
+  if (lap > kMaxLaps) return wrong("heard_lap", text(lap), "at most " + std::to_string(kMaxLaps));
   return {};
 }
 
@@ -123,39 +98,16 @@ Status validate_name(const char* field, const std::string& name) {
   return wrong(field, shown, "1 to " + std::to_string(kMaxNameLength) + " of A-Z a-z 0-9 _ . -");
 }
 
-Status validate(const Course& course) {
-  const auto count = course.waypoints.size();
-  if (count < 1 || count > kMaxWaypoints)
-    return wrong("course.waypoints", std::to_string(count) + " long", "1 to " + std::to_string(kMaxWaypoints));
-  for (std::size_t i = 0; i < count; ++i) {
-    const Waypoint& waypoint = course.waypoints[i];
-    const auto field = [i](const char* name) { return "course.waypoints[" + std::to_string(i) + "]." + name; };
-    if (!waypoint.p_W.allFinite() || !(waypoint.p_W.norm() < kMaxPosition_m))
-      return wrong(field("p_W"), text(waypoint.p_W) + " m", "finite and less than 1e5 m from the origin");
-    if (!waypoint.direction_W.allFinite() ||
-        (!waypoint.direction_W.isZero(0.0) && std::abs(waypoint.direction_W.norm() - 1.0) > kUnitTolerance))
-      return wrong(field("direction_W"), text(waypoint.direction_W), "a unit vector, or zero when not known");
-    if (waypoint.other_opening && waypoint.direction_W.isZero(0.0))
-      return wrong(field("direction_W"), "zero", "a unit vector, since the gate's opening is not that of course.gate");
-  }
-  if (course.laps < 1 || course.laps > kMaxLaps)
-    return wrong("course.laps", text_of(course.laps), "1 to " + std::to_string(kMaxLaps));
-  if (course.gate.opening != GateShape::Opening::kSquare && course.gate.opening != GateShape::Opening::kRound)
-    return wrong("course.gate.opening", text_of(static_cast<int>(course.gate.opening)), "0 (square) or 1 (round)");
-  if (auto s = gatefield::validate(course.gate); !s) return Error{"course." + s.error()};
-  return {};
-}
-
 Status validate(const SessionRequest& request) {
   // The version first: of another version, nothing else can be relied on.
   if (auto s = check_version(request.version); !s) return s;
   if (auto s = validate_name("vehicle", request.vehicle); !s) return s;
   if (auto s = check_positive("request", request.request, "a number other than 0, new for each start"); !s) return s;
   if (request.action != SessionRequest::Action::kJoin && request.action != SessionRequest::Action::kLeave)
-    return wrong("action", text_of(static_cast<int>(request.action)), "0 (join) or 1 (leave)");
+    return wrong("action", text(static_cast<int>(request.action)), "0 (join) or 1 (leave)");
   if (request.action == SessionRequest::Action::kLeave) return {};  // says goodbye; the rest does not matter any more
   if (request.timing != Timing::kRealTime && request.timing != Timing::kLockstep)
-    return wrong("timing", text_of(static_cast<int>(request.timing)), "0 (real time) or 1 (lockstep)");
+    return wrong("timing", text(static_cast<int>(request.timing)), "0 (real time) or 1 (lockstep)");
   if (auto s = validate_name("profile", request.profile); !s) return s;
   if (request.speed_limit_m_s != 0.0)
     if (auto s = check_range("speed_limit_m_s", request.speed_limit_m_s, 0.5, 50.0,
@@ -164,7 +116,7 @@ Status validate(const SessionRequest& request) {
       return s;
   if (auto s = gatefield::validate(request.quadrotor); !s) return s;
   if (auto s = gatefield::validate(request.camera); !s) return s;
-  return validate(request.course);
+  return gatefield::validate(request.course);
 }
 
 Status validate(const SessionReply& reply) {
@@ -181,7 +133,7 @@ Status validate(const SessionReply& reply) {
   if (auto s = check_range("control_period_s", reply.control_period_s, 0.001, 1.0, "0.001 to 1 s"); !s) return s;
   if (auto s = check_range("plan_step_s", reply.plan_step_s, 0.001, 0.2, "0.001 to 0.2 s"); !s) return s;
   if (reply.plan_steps < 1 || reply.plan_steps > kMaxPlanSteps)
-    return wrong("plan_steps", text_of(reply.plan_steps), "1 to " + std::to_string(kMaxPlanSteps));
+    return wrong("plan_steps", text(reply.plan_steps), "1 to " + std::to_string(kMaxPlanSteps));
   return {};
 }
 
@@ -211,10 +163,10 @@ Status validate(const DepthFrame& frame, const CameraModel& camera) {
   if (auto s = check_stamp("stamp", frame.stamp); !s) return s;
   if (frame.width_px != static_cast<std::uint32_t>(camera.width_px) ||
       frame.height_px != static_cast<std::uint32_t>(camera.height_px))
-    return wrong("size", text_of(frame.width_px) + " x " + text_of(frame.height_px) + " px",
-                 text_of(camera.width_px) + " x " + text_of(camera.height_px) + " px, the session's camera");
+    return wrong("size", text(frame.width_px) + " x " + text(frame.height_px) + " px",
+                 text(camera.width_px) + " x " + text(camera.height_px) + " px, the session's camera");
   if (frame.encoding != DepthEncoding::kMillimetres16 && frame.encoding != DepthEncoding::kMetres32)
-    return wrong("encoding", text_of(static_cast<int>(frame.encoding)), "0 (16-bit millimetres) or 1 (32-bit metres)");
+    return wrong("encoding", text(static_cast<int>(frame.encoding)), "0 (16-bit millimetres) or 1 (32-bit metres)");
   const std::size_t expected = std::size_t{frame.width_px} * frame.height_px * bytes_per_pixel(frame.encoding);
   if (frame.pixels.size() != expected)
     return wrong("pixels", std::to_string(frame.pixels.size()) + " bytes",
@@ -232,7 +184,7 @@ Status validate(const ThrustRateCommand& command) {
   if (auto s = check_range("plan_step", seconds(command.plan_step), 0.001, 0.2, "0.001 to 0.2 s"); !s) return s;
   if (auto s = check_range("validity", seconds(command.validity), 0.0, 10.0, "0 to 10 s"); !s) return s;
   if (command.steps < 1 || command.steps > kMaxPlanSteps)
-    return wrong("steps", text_of(command.steps), "1 to " + std::to_string(kMaxPlanSteps));
+    return wrong("steps", text(command.steps), "1 to " + std::to_string(kMaxPlanSteps));
   for (int i = 0; i < command.steps; ++i) {
     const auto k = static_cast<std::size_t>(i);
     Status s =

@@ -15,7 +15,6 @@ Status validate(const VehicleState& state);
 Status validate(const DepthFrame& frame, const CameraModel& camera);
 Status validate(const ThrustRateCommand& command);
 Status validate(const Telemetry& telemetry);
-Status validate(const Course& course);
 
 /// Vehicle and server names: 1 to 63 of [A-Za-z0-9_.-].
 Status validate_name(const char* field, const std::string& name);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "common/base/text.h"
+
 namespace gatefield {
 namespace {
 
@@ -46,7 +48,7 @@ QuadrotorState advance(const QuadrotorState& state, const Derivative& d, double 
 
 Status validate(const QuadrotorModel& model) {
   const auto wrong = [](const std::string& field, double value, const std::string& expected) {
-    return Error{"vehicle." + field + " is " + std::to_string(value) + ", expected " + expected};
+    return Error::invalid("vehicle." + field, text(value), expected);
   };
   if (!(model.mass_kg > 0 && model.mass_kg <= 100))
     return wrong("mass_kg", model.mass_kg, "more than 0 and at most 100 kg");
@@ -72,8 +74,8 @@ Status validate(const QuadrotorModel& model) {
   const double weight_n = model.mass_kg * kGravity_m_s2;
   if (kRotors * model.thrust_max_n <= 1.1 * weight_n)
     return wrong("thrust_max_n", model.thrust_max_n,
-                 "more than " + std::to_string(1.1 * weight_n / kRotors) +
-                     " N per rotor, 1.1 times the weight in all, for a vehicle of " + std::to_string(model.mass_kg) +
+                 "more than " + text(1.1 * weight_n / kRotors) +
+                     " N per rotor, 1.1 times the weight in all, for a vehicle of " + text(model.mass_kg) +
                      " kg to fly");
   if (kRotors * model.thrust_min_n >= weight_n)
     return wrong("thrust_min_n", model.thrust_min_n, "less than a quarter of the weight");

@@ -138,7 +138,7 @@ int run(const Arguments& arguments) {
   service::Factories factories;
   factories.planner = [&arguments, cone_angle_rad, &crew](const planner::Profile& profile,
                                                           const protocol::SessionRequest& request) {
-    return traced(planner::Planner::create(profile, request.quadrotor, request.course.gate, cone_angle_rad,
+    return traced(planner::Planner::create(profile, request.quadrotor, request.course.waypoints[0].gate, cone_angle_rad,
                                            request.seed, {&crew, true}),
                   request, arguments.trace);
   };

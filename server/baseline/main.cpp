@@ -70,9 +70,9 @@ int run(const Arguments& arguments) {
 
   service::Factories factories;
   factories.planner = [&arguments](const planner::Profile& profile, const protocol::SessionRequest& request) {
-    return app::traced(
-        planner::Planner::create(profile, request.quadrotor, request.course.gate, kGuideConeAngle_rad, request.seed),
-        request, {arguments.trace, arguments.trace_rollouts});
+    return app::traced(planner::Planner::create(profile, request.quadrotor, request.course.waypoints[0].gate,
+                                                kGuideConeAngle_rad, request.seed),
+                       request, {arguments.trace, arguments.trace_rollouts});
   };
   factories.memory = [&](const protocol::SessionRequest& request) { return make_memory(*kind, request, *scenario); };
   factories.encoder = [&]() -> Result<std::unique_ptr<perception::DepthEncoder>> {

@@ -20,7 +20,7 @@ constexpr float kValid = 1.0f;
 /// The filter and the rules of the product around poses that come from elsewhere.
 class PoseMemory : public service::Memory {
  public:
-  explicit PoseMemory(const protocol::Course& course) : course_(course), records_(course) {}
+  explicit PoseMemory(const Course& course) : course_(course), records_(course) {}
 
   Eigen::Vector3d expected_center_W(std::uint32_t waypoint) const noexcept override {
     return records_.expected_center_W(waypoint);
@@ -37,10 +37,10 @@ class PoseMemory : public service::Memory {
     records_.gate(waypoint).field.stand_in = std::make_shared<planner::AnalyticField>(*X_WG, shape(waypoint));
     return Outcome::kTaken;
   }
-  GateShape shape(std::uint32_t waypoint) const { return protocol::gate_shape(course_, waypoint); }
+  GateShape shape(std::uint32_t waypoint) const { return course_.waypoints[waypoint].gate; }
 
  private:
-  protocol::Course course_;
+  Course course_;
   perception::GateRecords records_;
 };
 
@@ -127,11 +127,11 @@ class NoEyes final : public perception::DepthEncoder {
 class Classical final : public perception::DepthEncoder {
  public:
   /// One detector for each kind of gate on the course; what scores best is what is seen.
-  explicit Classical(const protocol::Course& course) {
-    for (const bool other : {false, true}) {
-      for (std::size_t i = 0; i < course.waypoints.size(); ++i) {
-        if (course.waypoints[i].other_opening != other) continue;
-        detectors_.emplace_back(protocol::gate_shape(course, i));
+  explicit Classical(const Course& course) {
+    for (const auto opening : {GateShape::Opening::kSquare, GateShape::Opening::kRound}) {
+      for (const Waypoint& waypoint : course.waypoints) {
+        if (waypoint.gate.opening != opening) continue;
+        detectors_.emplace_back(waypoint.gate);
         break;
       }
     }
@@ -171,7 +171,7 @@ const char* name(Kind kind) noexcept {
   return "";
 }
 
-std::unique_ptr<perception::DepthEncoder> make_encoder(Kind kind, const protocol::Course& course) {
+std::unique_ptr<perception::DepthEncoder> make_encoder(Kind kind, const Course& course) {
   switch (kind) {
     case Kind::kNone:
       return std::make_unique<NoEyes>();

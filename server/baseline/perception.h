@@ -24,7 +24,7 @@ const char* name(Kind kind) noexcept;
 
 /// What looks at the depth image in the network's place. What it finds goes to the memory below as an Encoding whose
 /// latent is the memory's to understand. @param course  has the shapes of the gates that are looked for
-std::unique_ptr<perception::DepthEncoder> make_encoder(Kind kind, const protocol::Course& course);
+std::unique_ptr<perception::DepthEncoder> make_encoder(Kind kind, const Course& course);
 
 /// What is remembered of the gates in the learned field's place: the filter and the rules are the product's
 /// (perception::GateRecords), the field is the hourglass of the believed pose.

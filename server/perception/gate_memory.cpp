@@ -38,7 +38,7 @@ struct GateRecords::Record {
   RememberedGate gate;
 };
 
-GateRecords::GateRecords(const protocol::Course& course) {
+GateRecords::GateRecords(const Course& course) {
   const planner::CourseProgress progress(course);
   for (std::uint32_t i = 0; i < course.waypoints.size(); ++i) {
     auto record = std::make_unique<Record>();
@@ -90,9 +90,8 @@ void GateRecords::snapshot(std::uint32_t target, std::uint32_t next, MemorySnaps
   out->gates[1] = records_[next]->gate;
 }
 
-GateMemory::GateMemory(const model::Bundle& bundle, const protocol::Course& course)
-    : bundle_(&bundle), records_(course) {
-  for (std::size_t i = 0; i < course.waypoints.size(); ++i) shapes_.push_back(protocol::gate_shape(course, i));
+GateMemory::GateMemory(const model::Bundle& bundle, const Course& course) : bundle_(&bundle), records_(course) {
+  for (const Waypoint& waypoint : course.waypoints) shapes_.push_back(waypoint.gate);
 }
 
 Eigen::Vector3d GateMemory::expected_center_W(std::uint32_t waypoint) const noexcept {

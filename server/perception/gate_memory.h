@@ -48,7 +48,7 @@ struct MemorySnapshot {
 /// Thread-safe: no.   Real-time safe: bounded, allocation only in the constructor.
 class GateRecords {
  public:
-  explicit GateRecords(const protocol::Course& course);
+  explicit GateRecords(const Course& course);
   ~GateRecords();
 
   /// As the course has it: centre and passing direction.
@@ -78,7 +78,7 @@ class GateRecords {
 /// Thread-safe: no (perception thread).   Real-time safe: bounded, allocation only when a gate is first seen.
 class GateMemory {
  public:
-  GateMemory(const model::Bundle& bundle, const protocol::Course& course);
+  GateMemory(const model::Bundle& bundle, const Course& course);
 
   /// Where the encoder should look for this waypoint's gate: the belief once seen, the nominal waypoint before. World
   /// frame.

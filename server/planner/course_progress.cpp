@@ -21,7 +21,7 @@ double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& from
 
 }  // namespace
 
-CourseProgress::CourseProgress(const protocol::Course& course) : course_(course) {}
+CourseProgress::CourseProgress(const Course& course) : course_(course) {}
 
 void CourseProgress::resume(std::uint32_t waypoint, std::uint32_t lap) noexcept {
   if (waypoint >= course_.waypoints.size() || lap >= static_cast<std::uint32_t>(course_.laps)) return;
@@ -87,7 +87,7 @@ bool CourseProgress::update(const Eigen::Vector3d& p_WB, const GateBelief& targe
   const Eigen::Vector3d off = crossing - target.center_W;
   const double lateral_m = (off - off.dot(target.axis_W) * target.axis_W).norm();
   const double tolerance_m = target.seen ? kSeenTolerance_m : kUnseenTolerance_m;
-  if (lateral_m > course_.gate.inner_half_m + tolerance_m) return false;
+  if (lateral_m > course_.waypoints[target_].gate.inner_half_m + tolerance_m) return false;
 
   advance();
   return true;
@@ -105,23 +105,8 @@ std::uint32_t CourseProgress::next() const noexcept {
 
 GateBelief CourseProgress::nominal(std::uint32_t waypoint) const noexcept {
   GateBelief belief;
-  const std::size_t count = course_.waypoints.size();
-  const protocol::Waypoint& here = course_.waypoints[waypoint];
-  belief.center_W = here.p_W;
-  Eigen::Vector3d direction = here.direction_W;
-  if (direction.norm() < 0.5) {
-    // In and out along the polygon of the waypoints; an open course has only one neighbour at its ends.
-    const bool wraps = course_.closed;
-    const std::size_t before = waypoint > 0 ? waypoint - 1 : (wraps ? count - 1 : 0);
-    const std::size_t after = waypoint + 1 < count ? waypoint + 1 : (wraps ? 0 : count - 1);
-    const Eigen::Vector3d in = here.p_W - course_.waypoints[before].p_W;
-    const Eigen::Vector3d out = course_.waypoints[after].p_W - here.p_W;
-    direction = (in.norm() > 1e-6 ? in.normalized() : Eigen::Vector3d(Eigen::Vector3d::Zero())) +
-                (out.norm() > 1e-6 ? out.normalized() : Eigen::Vector3d(Eigen::Vector3d::Zero()));
-    direction.z() = 0.0;
-  }
-  belief.axis_W =
-      direction.norm() > 1e-6 ? Eigen::Vector3d(direction.normalized()) : Eigen::Vector3d(Eigen::Vector3d::UnitX());
+  belief.center_W = course_.waypoints[waypoint].p_W;
+  belief.axis_W = passing_direction(course_, waypoint);
   belief.seen = false;
   return belief;
 }

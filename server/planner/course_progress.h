@@ -13,7 +13,7 @@ namespace gatefield::planner {
 /// matter. Thread-safe: no.   Real-time safe: yes.
 class CourseProgress {
  public:
-  explicit CourseProgress(const protocol::Course& course);
+  explicit CourseProgress(const Course& course);
 
   /// Goes on from a gate and lap that an earlier server had reached. A vehicle that the next update() finds beyond the
   /// nominal plane and nearer to the way out than to the way in has coasted through the gate in between, and that gate
@@ -39,7 +39,7 @@ class CourseProgress {
   bool has_neighbour(int offset) const noexcept;         ///< of the target along a lap, offset +-1
   Eigen::Vector3d neighbour(int offset) const noexcept;  ///< its nominal centre. @pre has_neighbour(offset)
 
-  protocol::Course course_;
+  Course course_;
   std::uint32_t target_ = 0;
   std::uint32_t lap_ = 0;
   bool done_ = false;

@@ -294,9 +294,14 @@ void Service::accept(const protocol::SessionRequest& request, const planner::Pro
             std::to_string(request.course.waypoints.size()) + " waypoints, " + std::to_string(request.course.laps) +
             " laps");
   const double trained_m = options_.model_gate_inner_half_m;
-  if (trained_m > 0.0 && std::abs(request.course.gate.inner_half_m - trained_m) > 0.1 * trained_m)
-    log::warn("vehicle " + request.vehicle + ": course.gate.inner_half_m is " + text(request.course.gate.inner_half_m) +
-              ", the model was trained for " + text(trained_m) + ": expect a field that is off by the difference");
+  for (std::size_t i = 0; trained_m > 0.0 && i < request.course.waypoints.size(); ++i) {
+    const double inner_half_m = request.course.waypoints[i].gate.inner_half_m;
+    if (std::abs(inner_half_m - trained_m) <= 0.1 * trained_m) continue;
+    log::warn("vehicle " + request.vehicle + ": course.waypoints[" + std::to_string(i) + "].gate.inner_half_m is " +
+              text(inner_half_m) + ", the model was trained for " + text(trained_m) +
+              ": expect a field that is off by the difference");
+    break;
+  }
 }
 
 void Service::refuse(const protocol::SessionRequest& request, const std::string& reason) {

@@ -42,7 +42,7 @@ DecodedDepth decode_depth(std::span<const std::uint8_t> pixels, protocol::DepthE
   return result;
 }
 
-Sight::Sight(const CameraModel& camera, const protocol::Course& course, std::unique_ptr<Memory> memory,
+Sight::Sight(const CameraModel& camera, const Course& course, std::unique_ptr<Memory> memory,
              const SightOptions& options)
     : camera_(camera), course_(course), memory_(std::move(memory)), options_(options) {}
 

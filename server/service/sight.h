@@ -28,7 +28,7 @@ class Memory {
 };
 
 /// The product's memory.
-std::unique_ptr<Memory> make_memory(const model::Bundle& bundle, const protocol::Course& course);
+std::unique_ptr<Memory> make_memory(const model::Bundle& bundle, const Course& course);
 
 /// Float metres from what came over the wire. Values that are not finite, nearer than the camera's least depth or
 /// farther than its largest become 0 (no return).
@@ -56,8 +56,7 @@ struct SightOptions {
 /// Thread-safe: no (one perception thread at a time).   Real-time safe: no (OpenCV allocates).
 class Sight {
  public:
-  Sight(const CameraModel& camera, const protocol::Course& course, std::unique_ptr<Memory> memory,
-        const SightOptions& options);
+  Sight(const CameraModel& camera, const Course& course, std::unique_ptr<Memory> memory, const SightOptions& options);
 
   enum class Outcome {
     kLooked,     ///< gates were looked for (and perhaps found)
@@ -77,7 +76,7 @@ class Sight {
                 perception::DepthEncoder& encoder);
 
   CameraModel camera_;
-  protocol::Course course_;
+  Course course_;
   std::unique_ptr<Memory> memory_;
   SightOptions options_;
   std::vector<float> depth_m_;

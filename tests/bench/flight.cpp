@@ -51,7 +51,7 @@ std::vector<float> image_of_a_gate(const CameraModel& camera) {
 std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profile& profile, double limit_s) {
   constexpr int kGates = 6;
   constexpr double kRadius_m = 6.0;
-  protocol::Course course;
+  Course course;
   std::vector<Eigen::Isometry3d> gates;
   for (int i = 0; i < kGates; ++i) {
     const double turn = 2 * std::numbers::pi * (i + 1) / kGates;
@@ -63,8 +63,8 @@ std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profil
   const CameraModel camera = default_camera();
   const QuadrotorModel model;
   auto encoder = perception::DepthEncoder::create(bundle);
-  auto planner =
-      planner::Planner::create(profile, model, course.gate, bundle.manifest().cone_angle_rad, 1, {nullptr, true});
+  auto planner = planner::Planner::create(profile, model, course.waypoints[0].gate, bundle.manifest().cone_angle_rad, 1,
+                                          {nullptr, true});
   if (!encoder || !planner) return {};
   perception::GateMemory memory(bundle, course);
   planner::CourseProgress progress(course);
@@ -80,7 +80,7 @@ std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profil
     const std::uint32_t target = progress.target(), next = progress.next();
     if (steps.size() % 2 == 0) {
       const Eigen::Isometry3d X_WC = Eigen::Translation3d(state.p_WB) * state.q_WB * camera.X_BC;
-      const std::vector<float> depth_m = draw(camera, X_WC, gates, course.gate);
+      const std::vector<float> depth_m = draw(camera, X_WC, gates, course.waypoints[0].gate);
       for (const std::uint32_t waypoint : {target, next}) {
         const Eigen::Vector3d expected_C = X_WC.inverse() * memory.expected_center_W(waypoint);
         if (!camera.sees(expected_C, -0.15 * camera.width_px)) continue;

@@ -93,7 +93,7 @@ void step(benchmark::State& state, const StepCase& which) {
 /// Knows two gates from a recorded flight, whatever it is shown.
 class RecordedMemory final : public service::Memory {
  public:
-  RecordedMemory(const perception::MemorySnapshot* snapshot, protocol::Course course)
+  RecordedMemory(const perception::MemorySnapshot* snapshot, Course course)
       : snapshot_(snapshot), course_(std::move(course)) {}
   Eigen::Vector3d expected_center_W(std::uint32_t waypoint) const noexcept override {
     return course_.waypoints[waypoint].p_W;
@@ -107,7 +107,7 @@ class RecordedMemory final : public service::Memory {
 
  private:
   const perception::MemorySnapshot* snapshot_;
-  protocol::Course course_;
+  Course course_;
 };
 
 class SeesNothing final : public perception::DepthEncoder {

@@ -150,10 +150,9 @@ class Chain {
  public:
   Chain(Observer* observer, const Approach& flight)
       : observer_(observer), recorder_(&observer->encoder()), shape_(flight.scenario.world.gates[0].shape) {
-    protocol::Course course;
+    Course course;
     course.closed = false;
-    course.gate = shape_;
-    course.waypoints.push_back({flight.nominal_W, flight.direction_W});
+    course.waypoints.push_back({flight.nominal_W, flight.direction_W, shape_});
     service::SightOptions options;
     options.validity_threshold = observer->bundle().manifest().validity_threshold;
     options.takes_prior = observer->knows_center();

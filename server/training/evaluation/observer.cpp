@@ -26,10 +26,9 @@ const Eigen::Isometry3d& level_camera() {
 /// `nominal_C`.
 bool memory_takes(const model::Bundle& bundle, const perception::Encoding& encoding, const GateShape& shape,
                   const Eigen::Vector3d& nominal_C) {
-  protocol::Course course;
-  course.gate = shape;
+  Course course;
   course.closed = false;
-  course.waypoints.push_back({level_camera() * nominal_C, Eigen::Vector3d::UnitX()});
+  course.waypoints.push_back({level_camera() * nominal_C, Eigen::Vector3d::UnitX(), shape});
   perception::GateMemory memory(bundle, course);
   return memory.observe(0, encoding, level_camera(), Stamp{0}) == perception::GateMemory::Outcome::kTaken;
 }

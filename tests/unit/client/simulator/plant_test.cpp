@@ -95,8 +95,8 @@ TEST(Plant, ASinkingVehicleTouchesTheFloorAtItsRadius) {
 TEST(Plant, FliesThroughTheOpeningButNotThroughTheFrame) {
   const QuadrotorModel model;
   scene::World world = empty_world();
-  world.gates.push_back({config::gate_pose({5, 5, 5}, Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
-  world.gates.push_back({config::gate_pose({0, 0, 1.5}, Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
+  world.gates.push_back({gate_pose({5, 5, 5}, Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
+  world.gates.push_back({gate_pose({0, 0, 1.5}, Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
   const auto plant = make_plant(world, model);
   for (const double offset_m : {0.0, 0.3, 0.45, 0.62, 0.8, 0.95}) {
     QuadrotorState state = hovering({-1, offset_m, 1.5}, model);
@@ -135,7 +135,7 @@ TEST(Plant, TouchesClutter) {
 TEST(Plant, TheSameInputsGiveTheSameBits) {
   const QuadrotorModel model;
   scene::World world;
-  world.gates.push_back({config::gate_pose({3, 0, 1.5}, Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
+  world.gates.push_back({gate_pose({3, 0, 1.5}, Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
   const auto a = make_plant(world, model), b = make_plant(world, model);
   a->set_state(hovering({0, 0, 1}, model));
   b->set_state(hovering({0, 0, 1}, model));

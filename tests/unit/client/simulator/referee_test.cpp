@@ -18,9 +18,9 @@ const Eigen::Vector3d kA(0, 0, 1.5), kB(10, 0, 1.5), kC(5, 8, 1.5);
 
 scene::World three_gates() {
   scene::World world;
-  world.gates.push_back({config::gate_pose(kA, Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
-  world.gates.push_back({config::gate_pose(kB, Eigen::Vector3d::UnitY()), GateShape{}, 0.7f});
-  world.gates.push_back({config::gate_pose(kC, -Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
+  world.gates.push_back({gate_pose(kA, Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
+  world.gates.push_back({gate_pose(kB, Eigen::Vector3d::UnitY()), GateShape{}, 0.7f});
+  world.gates.push_back({gate_pose(kC, -Eigen::Vector3d::UnitX()), GateShape{}, 0.7f});
   return world;
 }
 
@@ -112,7 +112,7 @@ TEST(Referee, TheCornerOfASquareOpeningIsTheFrameOfARoundOne) {
   constexpr double kCorner_m = 0.4;  // from the axis both ways: 0.57 m
   for (const auto opening : {GateShape::Opening::kSquare, GateShape::Opening::kRound}) {
     scene::World world;
-    world.gates.push_back({config::gate_pose(kA, Eigen::Vector3d::UnitX()), GateShape{.opening = opening}, 0.7f});
+    world.gates.push_back({gate_pose(kA, Eigen::Vector3d::UnitX()), GateShape{.opening = opening}, 0.7f});
     const auto fly = [&](double off_m, double radius_m) {
       Rules r = rules();
       r.vehicle_radius_m = radius_m;

@@ -33,9 +33,9 @@ TEST(CourseFile, TheCircleHasFourTangentialGatesCounterClockwise) {
     EXPECT_EQ(waypoint.p_W.z(), 1.5);
     const Eigen::Vector3d tangent = Eigen::Vector3d::UnitZ().cross(waypoint.p_W).normalized();
     EXPECT_TRUE(waypoint.direction_W.isApprox(tangent, 1e-9));
+    EXPECT_EQ(waypoint.gate.inner_half_m, 0.5);
+    EXPECT_EQ(waypoint.gate.outer_half_m, 0.75);
   }
-  EXPECT_EQ(track->course.gate.inner_half_m, 0.5);
-  EXPECT_EQ(track->course.gate.outer_half_m, 0.75);
 }
 
 TEST(CourseFile, TheCircleStartsOnTheCircleBeforeTheFirstGateLookingAtIt) {
@@ -78,24 +78,6 @@ TEST(CourseFile, EachGateHasItsOwnOpeningOrThatOfAll) {
               testing::ElementsAre(kSquare, kRound, kRound, kRound));
   EXPECT_THAT(error_with("x:  6 y:  0 z: 1.5 }", "x:  6 y:  0 z: 1.5 } opening: OVAL"),
               HasSubstr("7:58: 'OVAL' is no value of field 'opening'"));
-}
-
-TEST(CourseFile, DirectionsOfAnOpenCourseComeFromTheNeighbours) {
-  protocol::Course course;
-  course.closed = false;
-  for (const double x : {0.0, 3.0, 3.0})
-    course.waypoints.push_back({{x, course.waypoints.size() == 2 ? 5.0 : 0.0, 1.5}, Eigen::Vector3d::Zero()});
-  EXPECT_TRUE(passing_direction(course, 0).isApprox(Eigen::Vector3d::UnitX(), 1e-9));
-  EXPECT_TRUE(passing_direction(course, 1).isApprox(Eigen::Vector3d(3, 5, 0).normalized(), 1e-9));
-  EXPECT_TRUE(passing_direction(course, 2).isApprox(Eigen::Vector3d::UnitY(), 1e-9));
-}
-
-TEST(CourseFile, AnInclinedGateKeepsItsSidesLevel) {
-  const Eigen::Isometry3d X_WG = gate_pose({1, 2, 3}, Eigen::Vector3d(1, 1, 1).normalized());
-  EXPECT_NEAR(X_WG.linear().col(1).z(), 0.0, 1e-12);
-  EXPECT_GT(X_WG.linear().col(2).z(), 0.0);
-  EXPECT_TRUE((X_WG.linear() * X_WG.linear().transpose()).isIdentity(1e-12));
-  EXPECT_NEAR(gate_pose({0, 0, 0}, Eigen::Vector3d::UnitZ()).linear().determinant(), 1.0, 1e-12);
 }
 
 TEST(CourseFile, ObstaclesBecomeBoxes) {

@@ -57,7 +57,7 @@ TEST(Convert, SessionRequestComesBackAsItWas) {
   in.quadrotor.rotor_spin = {-1, -1, 1, 1};
   in.quadrotor.drag_kg_s = {0.125, 0.25, 0.375};
   in.course.closed = false;
-  in.course.gate.opening = GateShape::Opening::kRound;
+  for (Waypoint& waypoint : in.course.waypoints) waypoint.gate.opening = GateShape::Opening::kRound;
   const auto out = round_trip<wire::SessionRequestPubSubType>(in);
   EXPECT_EQ(out.version, in.version);
   EXPECT_EQ(out.vehicle, in.vehicle);
@@ -92,28 +92,24 @@ TEST(Convert, SessionRequestComesBackAsItWas) {
   for (std::size_t i = 0; i < in.course.waypoints.size(); ++i) {
     EXPECT_EQ(out.course.waypoints[i].p_W, in.course.waypoints[i].p_W);
     EXPECT_EQ(out.course.waypoints[i].direction_W, in.course.waypoints[i].direction_W);
+    EXPECT_EQ(out.course.waypoints[i].gate.opening, in.course.waypoints[i].gate.opening);
+    EXPECT_EQ(out.course.waypoints[i].gate.inner_half_m, in.course.waypoints[i].gate.inner_half_m);
+    EXPECT_EQ(out.course.waypoints[i].gate.outer_half_m, in.course.waypoints[i].gate.outer_half_m);
+    EXPECT_EQ(out.course.waypoints[i].gate.thickness_m, in.course.waypoints[i].gate.thickness_m);
   }
   EXPECT_EQ(out.course.laps, in.course.laps);
   EXPECT_EQ(out.course.closed, in.course.closed);
-  EXPECT_EQ(out.course.gate.opening, in.course.gate.opening);
-  EXPECT_EQ(out.course.gate.inner_half_m, in.course.gate.inner_half_m);
-  EXPECT_EQ(out.course.gate.outer_half_m, in.course.gate.outer_half_m);
-  EXPECT_EQ(out.course.gate.thickness_m, in.course.gate.thickness_m);
 }
 
 TEST(Convert, AGateOfTheOtherKindIsCarriedByItsDirection) {
   protocol::SessionRequest in = test::good_request();
-  in.course.waypoints[1].other_opening = true;
+  in.course.waypoints[1].gate.opening = GateShape::Opening::kRound;
   in.course.waypoints[1].direction_W = Eigen::Vector3d(0.3, -0.7, 0.1).normalized();
   const auto out = round_trip<wire::SessionRequestPubSubType>(in);
   for (std::size_t i = 0; i < in.course.waypoints.size(); ++i) {
-    EXPECT_EQ(out.course.waypoints[i].other_opening, i == 1);
+    EXPECT_EQ(out.course.waypoints[i].gate.opening == GateShape::Opening::kRound, i == 1);
     EXPECT_EQ(out.course.waypoints[i].direction_W, in.course.waypoints[i].direction_W) << "to the bit";
   }
-  EXPECT_EQ(protocol::gate_shape(out.course, 0).opening, GateShape::Opening::kSquare);
-  EXPECT_EQ(protocol::gate_shape(out.course, 1).opening, GateShape::Opening::kRound);
-  in.course.gate.opening = GateShape::Opening::kRound;
-  EXPECT_EQ(protocol::gate_shape(in.course, 1).opening, GateShape::Opening::kSquare);
 }
 
 TEST(Convert, SessionReplyComesBackAsItWas) {

@@ -83,15 +83,13 @@ TEST(ValidateRequest, RefusesEveryBadFieldByName) {
           {"waypoint NaN", [](R* r) { r->course.waypoints[1].p_W.x() = kNan; }, "course.waypoints[1].p_W"},
           {"waypoint far", [](R* r) { r->course.waypoints[2].p_W.y() = 1e5; }, "course.waypoints[2].p_W"},
           {"direction", [](R* r) { r->course.waypoints[0].direction_W *= 1.01; }, "course.waypoints[0].direction_W"},
-          {"opening without direction", [](R* r) { r->course.waypoints[2].other_opening = true; },
-           "course.waypoints[2].direction_W is zero"},
           {"direction NaN", [](R* r) { r->course.waypoints[0].direction_W.z() = kNan; },
            "course.waypoints[0].direction_W"},
           {"no laps", [](R* r) { r->course.laps = 0; }, "course.laps is 0"},
           {"many laps", [](R* r) { r->course.laps = 1001; }, "course.laps is 1001"},
-          {"gate", [](R* r) { r->course.gate.inner_half_m = 0; }, "course.gate.inner_half_m"},
-          {"opening", [](R* r) { r->course.gate.opening = static_cast<GateShape::Opening>(2); },
-           "course.gate.opening is 2"},
+          {"gate", [](R* r) { r->course.waypoints[1].gate.inner_half_m = 0; }, "course.waypoints[1].gate.inner_half_m"},
+          {"opening", [](R* r) { r->course.waypoints[2].gate.opening = static_cast<GateShape::Opening>(2); },
+           "course.waypoints[2].gate.opening is 2"},
       });
 }
 
@@ -101,7 +99,7 @@ TEST(ValidateRequest, TakesTheEdgesOfItsRanges) {
                                                [](R* r) { r->speed_limit_m_s = 0; },
                                                [](R* r) { r->speed_limit_m_s = 0.5; },
                                                [](R* r) { r->speed_limit_m_s = 50; },
-                                               [](R* r) { r->course.waypoints.resize(64); },
+                                               [](R* r) { r->course.waypoints.resize(64, r->course.waypoints[0]); },
                                                [](R* r) { r->course.waypoints.resize(1); },
                                                [](R* r) { r->course.laps = 1000; },
                                                // A goodbye needs no vehicle.

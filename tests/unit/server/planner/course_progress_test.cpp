@@ -5,8 +5,8 @@
 namespace gatefield::planner {
 namespace {
 
-protocol::Course square_course(int laps) {
-  protocol::Course course;
+Course square_course(int laps) {
+  Course course;
   course.laps = laps;
   for (const Eigen::Vector3d& p : {Eigen::Vector3d(6, 0, 1.5), Eigen::Vector3d(0, 6, 1.5), Eigen::Vector3d(-6, 0, 1.5),
                                    Eigen::Vector3d(0, -6, 1.5)})
@@ -22,7 +22,7 @@ TEST(CourseProgress, AxisFollowsFromTheNeighbours) {
 }
 
 TEST(CourseProgress, AGivenDirectionWins) {
-  protocol::Course course = square_course(1);
+  Course course = square_course(1);
   course.waypoints[2].direction_W = {0, 0, -1};
   EXPECT_TRUE(CourseProgress(course).nominal(2).axis_W.isApprox(Eigen::Vector3d(0, 0, -1), 1e-9));
 }

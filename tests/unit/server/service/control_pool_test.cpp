@@ -31,7 +31,7 @@ std::map<std::pair<std::uint64_t, std::uint64_t>, Rates> fly(int threads) {
     SessionParts parts;
     parts.request = testing::join_request("drone" + std::to_string(id), 7, protocol::Timing::kLockstep);
     parts.id = id;
-    auto planner = planner::Planner::create(profile, parts.request.quadrotor, parts.request.course.gate,
+    auto planner = planner::Planner::create(profile, parts.request.quadrotor, parts.request.course.waypoints[0].gate,
                                             kGuideConeAngle_rad, id, {&crew, true});
     EXPECT_TRUE(planner.ok());
     parts.planner = std::move(planner).value();

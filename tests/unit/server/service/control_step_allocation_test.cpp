@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 /// Knows every gate, with a decoder of the shape that ships.
 class DecodedMemory final : public Memory {
  public:
-  explicit DecodedMemory(protocol::Course course) : course_(std::move(course)) {
+  explicit DecodedMemory(Course course) : course_(std::move(course)) {
     weights_.kind = model::DecoderKind::kHyper;
     weights_.latent_size = 3 + 8;
     weights_.generator = dense(8, 4 * 32);
@@ -54,7 +54,7 @@ class DecodedMemory final : public Memory {
     layer.bias.assign(static_cast<std::size_t>(outputs), 0.05f);
     return layer;
   }
-  protocol::Course course_;
+  Course course_;
   model::DecoderWeights weights_;
   Stamp capture_{0};
 };
@@ -74,8 +74,8 @@ void fly(protocol::Timing timing) {
   SessionParts parts;
   parts.request = testing::join_request("drone", 7, timing);
   parts.id = 1;
-  auto planner =
-      planner::Planner::create(profile, parts.request.quadrotor, parts.request.course.gate, kGuideConeAngle_rad, 1);
+  auto planner = planner::Planner::create(profile, parts.request.quadrotor, parts.request.course.waypoints[0].gate,
+                                          kGuideConeAngle_rad, 1);
   ASSERT_TRUE(planner.ok()) << planner.error();
   parts.planner = std::move(planner).value();
   parts.memory = std::make_unique<DecodedMemory>(parts.request.course);

@@ -127,8 +127,7 @@ class FakeMemory final : public Memory {
     std::map<std::uint32_t, int> observations;
     double threshold = 0.5;
   };
-  FakeMemory(protocol::Course course, std::shared_ptr<Script> script)
-      : course_(std::move(course)), script_(std::move(script)) {}
+  FakeMemory(Course course, std::shared_ptr<Script> script) : course_(std::move(course)), script_(std::move(script)) {}
 
   Eigen::Vector3d expected_center_W(std::uint32_t waypoint) const noexcept override {
     const auto found = script_->known.find(waypoint);
@@ -161,7 +160,7 @@ class FakeMemory final : public Memory {
   }
 
  private:
-  protocol::Course course_;
+  Course course_;
   std::shared_ptr<Script> script_;
 };
 
@@ -192,8 +191,8 @@ class FakeEncoder final : public perception::DepthEncoder {
 };
 
 /// Four gates along x, 6 m apart, flown twice.
-inline protocol::Course straight_course() {
-  protocol::Course course;
+inline Course straight_course() {
+  Course course;
   for (int i = 0; i < 4; ++i)
     course.waypoints.push_back({Eigen::Vector3d(5.0 + 6.0 * i, 0, 1.5), Eigen::Vector3d::UnitX()});
   course.laps = 2;

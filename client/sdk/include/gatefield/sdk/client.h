@@ -22,7 +22,7 @@ struct Options {
   double speed_limit_m_s = 0.0;  ///< 0 = the profile's
   QuadrotorModel quadrotor;
   CameraModel camera = default_camera();
-  protocol::Course course;
+  Course course;
   std::chrono::milliseconds connect_timeout{5000};
 };
 
