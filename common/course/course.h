@@ -22,6 +22,11 @@ struct Waypoint {
   /// Names the physical gate: waypoints with the same number other than 0 are passages of one gate, in the same or the
   /// opposite direction. 0: a gate that no other waypoint passes.
   std::uint32_t gate_id = 0;
+
+  Waypoint() = default;
+  Waypoint(const Eigen::Vector3d& center_W, const Eigen::Vector3d& passing_W = Eigen::Vector3d::Zero(),
+           const GateShape& shape = {}, std::uint32_t id = 0)  // NOLINT(google-explicit-constructor): {{x, y, z}}
+      : p_W(center_W), direction_W(passing_W), gate(shape), gate_id(id) {}
 };
 
 /// What is flown, as anybody may know it: nominal gates in their order. True poses are nowhere in here.

@@ -12,6 +12,7 @@ namespace gatefield::dds {
 static_assert(wire::PROTOCOL_VERSION == protocol::kVersion);
 static_assert(wire::NAME_LENGTH == protocol::kMaxNameLength);
 static_assert(wire::REASON_LENGTH == protocol::kMaxReasonLength);
+static_assert(wire::FIELD_LENGTH == protocol::kMaxFieldLength);
 static_assert(wire::WAYPOINTS == kMaxWaypoints);
 static_assert(wire::PLAN_STEPS == protocol::kMaxPlanSteps);
 static_assert(wire::ISA_LENGTH + 1 == std::tuple_size_v<decltype(protocol::ThrustRateCommand::isa)>);
@@ -47,6 +48,7 @@ void to_wire(const QuadrotorModel& in, wire::Quadrotor* out) {
   out->rotor_time_constant_s(in.rotor_time_constant_s);
   put(in.drag_kg_s, &out->drag_kg_s());
   out->collision_radius_m(in.collision_radius_m);
+  put(in.body_rate_max_rad_s, &out->body_rate_max_rad_s());
 }
 
 void from_wire(const wire::Quadrotor& in, QuadrotorModel* out) {
@@ -63,6 +65,22 @@ void from_wire(const wire::Quadrotor& in, QuadrotorModel* out) {
   out->rotor_time_constant_s = in.rotor_time_constant_s();
   get(in.drag_kg_s(), &out->drag_kg_s);
   out->collision_radius_m = in.collision_radius_m();
+  get(in.body_rate_max_rad_s(), &out->body_rate_max_rad_s);
+}
+
+void to_wire(const Actuation& in, wire::Actuation* out) {
+  out->kind(static_cast<std::uint8_t>(in.kind));
+  out->thrust_time_constant_s(in.thrust_time_constant_s);
+  const Eigen::Vector3d rates_s = in.rate_time_constant_s;
+  put(rates_s, &out->rate_time_constant_s());
+}
+
+void from_wire(const wire::Actuation& in, Actuation* out) {
+  out->kind = static_cast<Actuation::Kind>(in.kind());
+  out->thrust_time_constant_s = in.thrust_time_constant_s();
+  Eigen::Vector3d rates_s;
+  get(in.rate_time_constant_s(), &rates_s);
+  out->rate_time_constant_s = rates_s;
 }
 
 void to_wire(const CameraModel& in, wire::Camera* out) {
@@ -80,6 +98,9 @@ void to_wire(const CameraModel& in, wire::Camera* out) {
   Eigen::Vector4d q_BC = Eigen::Quaterniond(in.X_BC.linear()).coeffs();
   if (q_BC.w() < 0) q_BC = -q_BC;  // one of the two that mean the same, so that equal cameras are equal bytes
   put(q_BC, &out->q_BC());
+  out->metres_per_count(in.metres_per_count);
+  out->distortion_model(static_cast<std::uint8_t>(in.distortion_model));
+  out->distortion() = in.distortion;
 }
 
 void from_wire(const wire::Camera& in, CameraModel* out) {
@@ -103,48 +124,46 @@ void from_wire(const wire::Camera& in, CameraModel* out) {
     out->X_BC.linear() = Eigen::Quaterniond(q_BC).normalized().toRotationMatrix();
   else
     out->X_BC.linear().setZero();
+  out->metres_per_count = in.metres_per_count();
+  out->distortion_model = static_cast<CameraModel::Distortion>(in.distortion_model());
+  out->distortion = in.distortion();
 }
 
-/// Of a direction, when the gate's opening is of the other kind than gate_opening. A power of two: nothing is rounded.
-constexpr double kOtherOpeningLength = 2.0;
+void to_wire(const Waypoint& in, wire::Waypoint* out) {
+  put(in.p_W, &out->p_W());
+  put(in.direction_W, &out->direction_W());
+  out->gate_opening(static_cast<std::uint8_t>(in.gate.opening));
+  out->gate_inner_half_m(in.gate.inner_half_m);
+  out->gate_outer_half_m(in.gate.outer_half_m);
+  out->gate_thickness_m(in.gate.thickness_m);
+  out->gate_id(in.gate_id);
+}
+
+void from_wire(const wire::Waypoint& in, Waypoint* out) {
+  get(in.p_W(), &out->p_W);
+  get(in.direction_W(), &out->direction_W);
+  out->gate.opening = static_cast<GateShape::Opening>(in.gate_opening());
+  out->gate.inner_half_m = in.gate_inner_half_m();
+  out->gate.outer_half_m = in.gate_outer_half_m();
+  out->gate.thickness_m = in.gate_thickness_m();
+  out->gate_id = in.gate_id();
+}
 
 void to_wire(const Course& in, wire::Course* out) {
   out->waypoints().resize(in.waypoints.size());
-  for (std::size_t i = 0; i < in.waypoints.size(); ++i) {
-    put(in.waypoints[i].p_W, &out->waypoints()[i].p_W());
-    const bool other = in.waypoints[i].gate.opening != in.waypoints[0].gate.opening;
-    const double length = other ? kOtherOpeningLength : 1.0;
-    put(Eigen::Vector3d(length * in.waypoints[i].direction_W), &out->waypoints()[i].direction_W());
-  }
+  for (std::size_t i = 0; i < in.waypoints.size(); ++i) to_wire(in.waypoints[i], &out->waypoints()[i]);
   out->laps(to_unsigned(in.laps));
   out->closed(in.closed);
-  if (in.waypoints.empty()) return;
-  const GateShape& gate = in.waypoints[0].gate;
-  out->gate_opening(static_cast<std::uint8_t>(gate.opening));
-  out->gate_inner_half_m(gate.inner_half_m);
-  out->gate_outer_half_m(gate.outer_half_m);
-  out->gate_thickness_m(gate.thickness_m);
+  out->floor_known(in.floor_z_m.has_value());
+  out->floor_z_m(in.floor_z_m.value_or(0.0));
 }
 
 void from_wire(const wire::Course& in, Course* out) {
   out->waypoints.resize(in.waypoints().size());
-  for (std::size_t i = 0; i < in.waypoints().size(); ++i) {
-    get(in.waypoints()[i].p_W(), &out->waypoints[i].p_W);
-    Waypoint& waypoint = out->waypoints[i];
-    get(in.waypoints()[i].direction_W(), &waypoint.direction_W);
-    // Other lengths stay as they are: validate() refuses them.
-    waypoint.gate.opening = static_cast<GateShape::Opening>(in.gate_opening());
-    if (std::abs(waypoint.direction_W.norm() - kOtherOpeningLength) <= 1e-3 * kOtherOpeningLength) {
-      waypoint.direction_W /= kOtherOpeningLength;
-      waypoint.gate.opening = waypoint.gate.opening == GateShape::Opening::kRound ? GateShape::Opening::kSquare
-                                                                                  : GateShape::Opening::kRound;
-    }
-    waypoint.gate.inner_half_m = in.gate_inner_half_m();
-    waypoint.gate.outer_half_m = in.gate_outer_half_m();
-    waypoint.gate.thickness_m = in.gate_thickness_m();
-  }
+  for (std::size_t i = 0; i < in.waypoints().size(); ++i) from_wire(in.waypoints()[i], &out->waypoints[i]);
   out->laps = to_int(in.laps());
   out->closed = in.closed();
+  out->floor_z_m = in.floor_known() ? std::optional(in.floor_z_m()) : std::nullopt;
 }
 
 void to_wire(const protocol::PlannerHealth& in, wire::PlannerHealth* out) {
@@ -157,6 +176,7 @@ void to_wire(const protocol::PlannerHealth& in, wire::PlannerHealth* out) {
   out->lap(in.lap);
   out->course_done(in.course_done);
   out->degraded(in.degraded);
+  out->problems(in.problems);
 }
 
 void from_wire(const wire::PlannerHealth& in, protocol::PlannerHealth* out) {
@@ -169,6 +189,7 @@ void from_wire(const wire::PlannerHealth& in, protocol::PlannerHealth* out) {
   out->lap = in.lap();
   out->course_done = in.course_done();
   out->degraded = in.degraded();
+  out->problems = in.problems();
 }
 
 }  // namespace
@@ -183,6 +204,7 @@ void to_wire(const protocol::SessionRequest& in, wire::SessionRequest* out) {
   out->seed(in.seed);
   out->speed_limit_m_s(in.speed_limit_m_s);
   to_wire(in.quadrotor, &out->quadrotor());
+  to_wire(in.actuation, &out->actuation());
   to_wire(in.camera, &out->camera());
   to_wire(in.course, &out->course());
 }
@@ -197,6 +219,7 @@ Status from_wire(const wire::SessionRequest& in, protocol::SessionRequest* out) 
   out->seed = in.seed();
   out->speed_limit_m_s = in.speed_limit_m_s();
   from_wire(in.quadrotor(), &out->quadrotor);
+  from_wire(in.actuation(), &out->actuation);
   from_wire(in.camera(), &out->camera);
   from_wire(in.course(), &out->course);
   return protocol::validate(*out);
@@ -214,6 +237,10 @@ void to_wire(const protocol::SessionReply& in, wire::SessionReply* out) {
   out->plan_step_s(in.plan_step_s);
   out->plan_steps(to_unsigned(in.plan_steps));
   out->model_hash(in.model_hash);
+  out->code(static_cast<std::uint8_t>(in.code));
+  out->field() = in.field;
+  out->value() = in.value;
+  out->expected() = in.expected;
 }
 
 Status from_wire(const wire::SessionReply& in, protocol::SessionReply* out) {
@@ -228,13 +255,17 @@ Status from_wire(const wire::SessionReply& in, protocol::SessionReply* out) {
   out->plan_step_s = in.plan_step_s();
   out->plan_steps = to_int(in.plan_steps());
   out->model_hash = in.model_hash();
+  out->code = static_cast<ErrorCode>(in.code());
+  out->field = in.field().c_str();
+  out->value = in.value().c_str();
+  out->expected = in.expected().c_str();
   return protocol::validate(*out);
 }
 
 void to_wire(const protocol::VehicleState& in, wire::VehicleState* out) {
   out->vehicle() = in.vehicle;
   out->session(in.session);
-  out->number(in.sequence);
+  out->sequence_number(in.sequence);
   out->stamp_ns(in.stamp.count());
   put(in.state.p_WB, &out->p_WB());
   put(in.state.v_WB, &out->v_WB());
@@ -244,7 +275,7 @@ void to_wire(const protocol::VehicleState& in, wire::VehicleState* out) {
   put(in.state.thrust_command_n, &out->thrust_command_n());
   out->thrust_known(in.thrust_known);
   out->round_trip_ns(in.round_trip.count());
-  out->depth_number(in.depth_sequence);
+  out->depth_sequence(in.depth_sequence);
   out->heard_waypoint(in.heard_waypoint);
   out->heard_lap(in.heard_lap);
 }
@@ -252,7 +283,7 @@ void to_wire(const protocol::VehicleState& in, wire::VehicleState* out) {
 Status from_wire(const wire::VehicleState& in, protocol::VehicleState* out) {
   out->vehicle = in.vehicle().c_str();
   out->session = in.session();
-  out->sequence = in.number();
+  out->sequence = in.sequence_number();
   out->stamp = Stamp(in.stamp_ns());
   get(in.p_WB(), &out->state.p_WB);
   get(in.v_WB(), &out->state.v_WB);
@@ -264,7 +295,7 @@ Status from_wire(const wire::VehicleState& in, protocol::VehicleState* out) {
   get(in.thrust_command_n(), &out->state.thrust_command_n);
   out->thrust_known = in.thrust_known();
   out->round_trip = Stamp(in.round_trip_ns());
-  out->depth_sequence = in.depth_number();
+  out->depth_sequence = in.depth_sequence();
   out->heard_waypoint = in.heard_waypoint();
   out->heard_lap = in.heard_lap();
   Status verdict = protocol::validate(*out);
@@ -275,7 +306,7 @@ Status from_wire(const wire::VehicleState& in, protocol::VehicleState* out) {
 void header_to_wire(const protocol::DepthFrame& in, wire::DepthFrame* out) {
   out->vehicle() = in.vehicle;
   out->session(in.session);
-  out->number(in.sequence);
+  out->sequence_number(in.sequence);
   out->stamp_ns(in.stamp.count());
   out->width_px(in.width_px);
   out->height_px(in.height_px);
@@ -285,7 +316,7 @@ void header_to_wire(const protocol::DepthFrame& in, wire::DepthFrame* out) {
 Status from_wire(wire::DepthFrame* in, protocol::DepthFrame* out) {
   out->vehicle = in->vehicle().c_str();
   out->session = in->session();
-  out->sequence = in->number();
+  out->sequence = in->sequence_number();
   out->stamp = Stamp(in->stamp_ns());
   out->width_px = in->width_px();
   out->height_px = in->height_px();
@@ -300,8 +331,8 @@ Status from_wire(wire::DepthFrame* in, protocol::DepthFrame* out) {
 void to_wire(const protocol::ThrustRateCommand& in, wire::ThrustRateCommand* out) {
   out->vehicle() = in.vehicle;
   out->session(in.session);
-  out->number(in.sequence);
-  out->answers_number(in.answers_sequence);
+  out->sequence_number(in.sequence);
+  out->answers_sequence(in.answers_sequence);
   out->answers_stamp_ns(in.answers_stamp.count());
   out->plan_start_ns(in.plan_start.count());
   out->plan_step_ns(in.plan_step.count());
@@ -316,14 +347,15 @@ void to_wire(const protocol::ThrustRateCommand& in, wire::ThrustRateCommand* out
     put(in.body_rates_rad_s[k], &step.body_rates_rad_s());
   }
   to_wire(in.health, &out->health());
+  out->actuation(static_cast<std::uint8_t>(in.actuation));
   out->isa().assign(in.isa.data(), strnlen(in.isa.data(), in.isa.size() - 1));
 }
 
 Status from_wire(const wire::ThrustRateCommand& in, protocol::ThrustRateCommand* out) {
   out->vehicle = in.vehicle().c_str();
   out->session = in.session();
-  out->sequence = in.number();
-  out->answers_sequence = in.answers_number();
+  out->sequence = in.sequence_number();
+  out->answers_sequence = in.answers_sequence();
   out->answers_stamp = Stamp(in.answers_stamp_ns());
   out->plan_start = Stamp(in.plan_start_ns());
   out->plan_step = Stamp(in.plan_step_ns());
@@ -338,6 +370,7 @@ Status from_wire(const wire::ThrustRateCommand& in, protocol::ThrustRateCommand*
     get(step.body_rates_rad_s(), &out->body_rates_rad_s[k]);
   }
   from_wire(in.health(), &out->health);
+  out->actuation = static_cast<Actuation::Kind>(in.actuation());
   out->isa.fill('\0');
   std::memcpy(out->isa.data(), in.isa().c_str(), std::min(in.isa().size(), out->isa.size() - 1));
   return protocol::validate(*out);
@@ -356,6 +389,10 @@ void to_wire(const protocol::Telemetry& in, wire::Telemetry* out) {
   out->commands_sent(in.commands_sent);
   out->deadlines_missed(in.deadlines_missed);
   out->encode_time_s(in.encode_time_s);
+  out->last_code(static_cast<std::uint8_t>(in.last_code));
+  out->last_field() = in.last_field;
+  out->last_value() = in.last_value;
+  out->last_expected() = in.last_expected;
   out->last_reason() = in.last_reason;
   out->isa() = in.isa;
 }
@@ -373,6 +410,10 @@ Status from_wire(const wire::Telemetry& in, protocol::Telemetry* out) {
   out->commands_sent = in.commands_sent();
   out->deadlines_missed = in.deadlines_missed();
   out->encode_time_s = in.encode_time_s();
+  out->last_code = static_cast<ErrorCode>(in.last_code());
+  out->last_field = in.last_field().c_str();
+  out->last_value = in.last_value().c_str();
+  out->last_expected = in.last_expected().c_str();
   out->last_reason = in.last_reason().c_str();
   out->isa = in.isa().c_str();
   return protocol::validate(*out);

@@ -24,7 +24,8 @@ struct Origin {
 
 /// A typed reader that hands every sample to a function, one at a time, in one sample object that is used again and
 /// again. Nothing that arrives, however malformed, makes it throw.
-template <typename Generated>
+/// @tparam Type  how samples are read; one that other programs' mistakes can't harm
+template <typename Generated, typename Type = WireType<Generated>>
 class Reader final : private eprosima::fastdds::dds::DataReaderListener {
  public:
   using Sample = typename Generated::type;
@@ -38,7 +39,7 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
                                               const std::string& partition = {}) {
     using namespace eprosima::fastdds::dds;
     std::unique_ptr<Reader> self(new Reader(participant, std::move(callbacks)));
-    auto* dds_topic = participant->topic(topic, TypeSupport(new WireType<Generated>()));
+    auto* dds_topic = participant->topic(topic, TypeSupport(new Type()));
     SubscriberQos qos = SUBSCRIBER_QOS_DEFAULT;
     if (!partition.empty()) qos.partition().push_back(partition.c_str());
     self->subscriber_ = dds_topic == nullptr ? nullptr : participant->raw()->create_subscriber(qos);

@@ -13,13 +13,14 @@
 #include "common/dds/convert.h"
 #include "common/dds/participant.h"
 #include "common/dds/reader.h"
+#include "common/dds/request_type.h"
 #include "common/dds/writer.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
 
 namespace gatefield::dds {
 namespace {
 
-using RequestReader = Reader<wire::SessionRequestPubSubType>;
+using RequestReader = Reader<wire::SessionRequestPubSubType, RequestType>;
 using StateReader = Reader<wire::VehicleStatePubSubType>;
 using DepthReader = Reader<wire::DepthFramePubSubType>;
 using ReplyWriter = Writer<wire::SessionReplyPubSubType>;

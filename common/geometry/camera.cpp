@@ -1,6 +1,8 @@
 #include "common/geometry/camera.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -44,6 +46,27 @@ CameraModel default_camera() {
   return camera;
 }
 
+double largest_distortion_px(const CameraModel& camera) noexcept {
+  if (camera.distortion_model == CameraModel::Distortion::kNone) return 0.0;
+  const auto& [k1, k2, p1, p2, k3] = camera.distortion;
+  constexpr int kSteps = 16;
+  double largest_px = 0.0;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j) {
+      const double x = (camera.width_px * static_cast<double>(i) / kSteps - camera.cx_px) / camera.fx_px;
+      const double y = (camera.height_px * static_cast<double>(j) / kSteps - camera.cy_px) / camera.fy_px;
+      const double r2 = x * x + y * y;
+      const double radial = r2 * (k1 + r2 * (k2 + r2 * k3));
+      const double dx = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
+      const double dy = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
+      const double moved_px = std::hypot(camera.fx_px * dx, camera.fy_px * dy);
+      if (!std::isfinite(moved_px)) return std::numeric_limits<double>::infinity();
+      largest_px = std::max(largest_px, moved_px);
+    }
+  }
+  return largest_px;
+}
+
 Status validate(const CameraModel& camera) {
   const auto wrong = [](const char* field, double value, const char* expected) {
     return Error::invalid(std::string("camera.") + field, text(value), expected);
@@ -66,6 +89,15 @@ Status validate(const CameraModel& camera) {
   if (!camera.X_BC.translation().allFinite() || camera.X_BC.translation().norm() > 2.0)
     return wrong("X_BC.translation", camera.X_BC.translation().norm(),
                  "a finite mounting point at most 2 m from the body");
+  if (!(camera.metres_per_count >= 1e-6 && camera.metres_per_count <= 0.1))
+    return wrong("metres_per_count", camera.metres_per_count, "1e-6 to 0.1 m (0.001 for millimetres)");
+  if (camera.distortion_model != CameraModel::Distortion::kNone &&
+      camera.distortion_model != CameraModel::Distortion::kBrownConrady)
+    return wrong("distortion_model", static_cast<int>(camera.distortion_model), "0 (none) or 1 (k1, k2, p1, p2, k3)");
+  if (const double moved_px = largest_distortion_px(camera); !(moved_px <= CameraModel::kMaxDistortion_px))
+    return Error::invalid("camera.distortion", "one that moves a pixel by " + text(moved_px) + " px",
+                          "at most " + text(CameraModel::kMaxDistortion_px) +
+                              " px, since images are used as they come: send rectified ones");
   return {};
 }
 

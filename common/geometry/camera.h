@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
 
 #include "common/base/result.h"
 
@@ -19,6 +21,13 @@ struct CameraModel {
   double max_depth_m = 10.0;  ///< farther returns are invalid
   double rate_hz = 60.0;
   Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();  ///< mounting: camera in the body frame
+  double metres_per_count = 1e-3;                          ///< of 16-bit images: depth of one count
+  enum class Distortion : std::uint8_t { kNone = 0, kBrownConrady = 1 };
+  Distortion distortion_model = Distortion::kNone;
+  /// kBrownConrady: k1, k2, p1, p2, k3, as OpenCV and ROS's plumb_bob have them. Images are used as they come, so what
+  /// moves a pixel farther than kMaxDistortion_px is refused: rectify them first.
+  std::array<double, 5> distortion{};
+  static constexpr double kMaxDistortion_px = 1.0;
 
   /// Camera-frame ray through the centre of a pixel, with z = 1.
   Eigen::Vector3d ray_C(int u, int v) const noexcept {
@@ -37,8 +46,14 @@ CameraModel camera_from_fov(int width_px, int height_px, double horizontal_rad, 
 /// The camera of the project's experiments: 160 x 90, 87 x 58 deg, 0.3 to 10 m, 15 deg up (Intel D435-like).
 CameraModel default_camera();
 
+/// How far the distortion moves the pixel that it moves most, px: over a grid of 17 x 17 points with the image's
+/// corners,
+///   d = x (k1 r^2 + k2 r^4 + k3 r^6) + (2 p1 x y + p2 (r^2 + 2 x^2), p1 (r^2 + 2 y^2) + 2 p2 x y), times (fx, fy),
+/// x, y on the plane z = 1 (Brown, "Decentering distortion of lenses", 1966; OpenCV's camera model).
+double largest_distortion_px(const CameraModel& camera) noexcept;
+
 /// Says which field is wrong and why: sizes 16..1280, focal lengths > 0, 0 < min < max <= 100 m, rate 1..240 Hz, rigid
-/// mounting.
+/// mounting, metres_per_count 1e-6..0.1, a distortion of kMaxDistortion_px at most.
 Status validate(const CameraModel& camera);
 
 }  // namespace gatefield

@@ -8,8 +8,11 @@
 #include <vector>
 
 #include "common/base/clock.h"
+#include "common/base/result.h"
 #include "common/course/course.h"
 #include "common/geometry/camera.h"
+#include "common/protocol/problems.h"
+#include "common/vehicle/actuation.h"
 #include "common/vehicle/quadrotor.h"
 
 /// What clients and the planning server say to each other, as the program sees it (the IDL in idl/ is how it travels).
@@ -17,10 +20,11 @@
 namespace gatefield::protocol {
 
 /// Version of the wire; a server refuses any other.
-inline constexpr std::uint32_t kVersion = 1;
+inline constexpr std::uint32_t kVersion = 2;
 
 inline constexpr std::size_t kMaxNameLength = 63;  ///< vehicle names: [A-Za-z0-9_.-], 1 to 63 characters
 inline constexpr std::size_t kMaxReasonLength = 511;
+inline constexpr std::size_t kMaxFieldLength = 127;  ///< of a field's path, value and range
 inline constexpr int kMaxPlanSteps = 64;
 
 enum class Timing : std::uint8_t {
@@ -40,18 +44,23 @@ struct SessionRequest {
   std::uint64_t seed = 1;        ///< of the planner's sampling
   double speed_limit_m_s = 0.0;  ///< soft cap on speed; 0 = the profile's
   QuadrotorModel quadrotor;
+  Actuation actuation;
   CameraModel camera;
   Course course;
 };
 
 struct SessionReply {
-  std::uint32_t version = kVersion;
+  std::uint32_t version = kVersion;  ///< of a refusal: the version of who asked
   std::string vehicle;
   std::uint64_t request = 0;  ///< which request this answers
   bool accepted = false;
-  std::string reason;         ///< when refused: the field, its value and what was expected; else empty
-  std::string server;         ///< the answering server's name
-  std::uint64_t session = 0;  ///< goes into every later sample; never 0 when accepted
+  std::string reason;                  ///< when refused: the field, its value and what was expected; else empty
+  ErrorCode code = ErrorCode::kOther;  ///< when refused: its kind
+  std::string field;                   ///< when refused: path of the field that was wrong; empty: no field's fault
+  std::string value;                   ///< its value as text
+  std::string expected;                ///< what would have been right
+  std::string server;                  ///< the answering server's name
+  std::uint64_t session = 0;           ///< goes into every later sample; never 0 when accepted
   double control_period_s = 0.0;
   double plan_step_s = 0.0;
   int plan_steps = 0;
@@ -72,7 +81,7 @@ struct VehicleState {
 };
 
 enum class DepthEncoding : std::uint8_t {
-  kMillimetres16 = 0,  ///< uint16, little endian; 0 = no return
+  kMillimetres16 = 0,  ///< uint16 of CameraModel::metres_per_count, little endian; 0 = no return
   kMetres32 = 1,       ///< IEEE float32, little endian; 0, NaN or infinity = no return
 };
 inline constexpr std::size_t bytes_per_pixel(DepthEncoding encoding) noexcept {
@@ -102,6 +111,7 @@ struct PlannerHealth {
   std::uint32_t lap = 0;              ///< from 0
   bool course_done = false;
   bool degraded = false;  ///< flying on prediction: input missing, late or rejected
+  Problems problems = 0;  ///< what is wrong now
 };
 
 /// The plan: thrust rates at plan_step intervals from plan_start on, and what they imply at the end of each interval.
@@ -120,7 +130,8 @@ struct ThrustRateCommand {
   std::array<double, kMaxPlanSteps> collective_thrust_n;        ///< sum of the above
   std::array<Eigen::Vector3d, kMaxPlanSteps> body_rates_rad_s;  ///< predicted w_WB_B at the end of the interval, FLU
   PlannerHealth health;
-  std::array<char, 16> isa{};  ///< instruction set of the kernels, zero-terminated
+  Actuation::Kind actuation = Actuation::Kind::kRotorThrusts;  ///< what the plan is made of
+  std::array<char, 16> isa{};                                  ///< instruction set of the kernels, zero-terminated
 };
 
 /// Once or a few times a second, for people and tools; nothing on the control path depends on it.
@@ -134,7 +145,11 @@ struct Telemetry {
                 frames_invalid = 0;  ///< invalid: taken, but nothing to see in them
   std::uint64_t commands_sent = 0, deadlines_missed = 0;
   double encode_time_s = 0.0;
-  std::string last_reason;  ///< why the newest sample was rejected; empty = none was
+  ErrorCode last_code = ErrorCode::kOther;  ///< of the newest sample that was rejected: its kind
+  std::string last_field;                   ///< path of the field that was wrong; empty: no field's fault
+  std::string last_value;                   ///< its value as text
+  std::string last_expected;                ///< what would have been right
+  std::string last_reason;                  ///< the sentence; empty = none was rejected
   std::string isa;
 };
 

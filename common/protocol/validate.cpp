@@ -22,9 +22,9 @@ Error wrong(const std::string& field, const std::string& value, const std::strin
 }
 
 Status check_version(std::uint32_t version) {
-  if (version != kVersion)
-    return wrong("version", text(version), std::to_string(kVersion) + " (the protocol version of this program)");
-  return {};
+  if (version == kVersion) return {};
+  return Error::invalid("version", text(version), std::to_string(kVersion) + " (the protocol version of this program)",
+                        ErrorCode::kVersion);
 }
 
 Status check_stamp(const char* field, Stamp stamp) {
@@ -115,16 +115,22 @@ Status validate(const SessionRequest& request) {
         !s)
       return s;
   if (auto s = gatefield::validate(request.quadrotor); !s) return s;
+  if (auto s = gatefield::validate(request.actuation); !s) return s;
   if (auto s = gatefield::validate(request.camera); !s) return s;
   return gatefield::validate(request.course);
 }
 
 Status validate(const SessionReply& reply) {
-  if (auto s = check_version(reply.version); !s) return s;
+  // A refusal is told in the version of who asked.
+  if (reply.accepted)
+    if (auto s = check_version(reply.version); !s) return s;
   if (auto s = validate_name("vehicle", reply.vehicle); !s) return s;
   if (auto s = check_positive("request", reply.request, "the number of the request it answers"); !s) return s;
   if (auto s = check_text("reason", reply.reason, kMaxReasonLength); !s) return s;
   if (auto s = validate_name("server", reply.server); !s) return s;
+  if (auto s = check_text("field", reply.field, kMaxFieldLength); !s) return s;
+  if (auto s = check_text("value", reply.value, kMaxFieldLength); !s) return s;
+  if (auto s = check_text("expected", reply.expected, kMaxFieldLength); !s) return s;
   if (!reply.accepted) {
     if (reply.reason.empty()) return wrong("reason", "empty", "a sentence that says why the session was refused");
     return {};
@@ -198,6 +204,8 @@ Status validate(const ThrustRateCommand& command) {
     if (!s.ok()) return Error{"step " + std::to_string(i) + ": " + s.error()};
   }
   if (auto s = check_health(command.health); !s) return s;
+  if (command.actuation != Actuation::Kind::kRotorThrusts && command.actuation != Actuation::Kind::kBodyRates)
+    return wrong("actuation", text(static_cast<int>(command.actuation)), "0 (rotor thrusts) or 1 (body rates)");
   bool terminated = false;
   for (const char c : command.isa) terminated = terminated || c == '\0';
   if (!terminated) return wrong("isa", "16 characters without an end", "a zero-terminated text");
@@ -210,6 +218,9 @@ Status validate(const Telemetry& telemetry) {
   if (auto s = check_stamp("server_stamp", telemetry.server_stamp); !s) return s;
   if (auto s = check_health(telemetry.health); !s) return s;
   if (auto s = check_range("encode_time_s", telemetry.encode_time_s, 0, kMaxDuration_s, "0 to 60 s"); !s) return s;
+  if (auto s = check_text("last_field", telemetry.last_field, kMaxFieldLength); !s) return s;
+  if (auto s = check_text("last_value", telemetry.last_value, kMaxFieldLength); !s) return s;
+  if (auto s = check_text("last_expected", telemetry.last_expected, kMaxFieldLength); !s) return s;
   if (auto s = check_text("last_reason", telemetry.last_reason, kMaxReasonLength); !s) return s;
   return check_text("isa", telemetry.isa, 15);
 }

@@ -85,6 +85,10 @@ Status validate(const QuadrotorModel& model) {
     return wrong("rotor_time_constant_s", model.rotor_time_constant_s, "0.001 to 1 s");
   if (!(model.collision_radius_m > 0 && model.collision_radius_m <= 2))
     return wrong("collision_radius_m", model.collision_radius_m, "more than 0 and at most 2 m");
+  for (int i = 0; i < 3; ++i)
+    if (!(model.body_rate_max_rad_s[i] >= 0 && model.body_rate_max_rad_s[i] <= 100))
+      return wrong("body_rate_max_rad_s[" + std::to_string(i) + "]", model.body_rate_max_rad_s[i],
+                   "0 (the planner's own limit) to 100 rad/s");
   return {};
 }
 

@@ -27,6 +27,8 @@ struct QuadrotorModel {
   double rotor_time_constant_s = 0.025;
   Eigen::Vector3d drag_kg_s{0.20, 0.20, 0.25};  ///< linear drag in the body frame: F_B = -diag(drag) v_B
   double collision_radius_m = 0.13;             ///< sphere around the centre of mass
+  /// Most that may be asked for about each axis; 0: the planner's own limit.
+  Eigen::Vector3d body_rate_max_rad_s = Eigen::Vector3d::Zero();
 };
 
 /// State of the rigid body and its rotors. World frame W is ENU, z up.

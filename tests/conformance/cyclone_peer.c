@@ -28,6 +28,7 @@ static void check_health(const gatefield_wire_PlannerHealth* h) {
   EXPECT(h->lowest_field_m == -0.125);
   EXPECT(h->target_waypoint == 2 && h->lap == 1);
   EXPECT(!h->course_done && h->degraded);
+  EXPECT(h->problems == (1ull << 9 | 1ull << 17));
 }
 
 static void check_request(const void* sample) {
@@ -38,11 +39,17 @@ static void check_request(const void* sample) {
   EXPECT(r->quadrotor.mass_kg == 0.83);
   EXPECT(r->quadrotor.rotor_position_B_m[1][0] == -0.0771 && r->quadrotor.rotor_position_B_m[1][1] == 0.0771);
   EXPECT(r->quadrotor.rotor_spin[0] == 1 && r->quadrotor.rotor_spin[3] == -1);
-  EXPECT(r->quadrotor.collision_radius_m == 0.13);
+  EXPECT(r->quadrotor.collision_radius_m == 0.13 && r->quadrotor.body_rate_max_rad_s[2] == 6);
+  EXPECT(r->actuation.kind == 0 && r->actuation.rate_time_constant_s[0] == 0);
   EXPECT(r->camera.width_px == 160 && r->camera.height_px == 90 && r->camera.rate_hz == 60);
+  EXPECT(r->camera.metres_per_count == 0.0005 && r->camera.distortion_model == 1 && r->camera.distortion[4] == 5e-6);
   EXPECT(r->course.waypoints._length == 3);
   EXPECT(r->course.waypoints._length == 3 && r->course.waypoints._buffer[1].p_W[2] == 1.25);
-  EXPECT(r->course.laps == 3 && r->course.closed && r->course.gate_outer_half_m == 0.75);
+  if (r->course.waypoints._length == 3) {
+    EXPECT(r->course.waypoints._buffer[1].gate_opening == 1 && r->course.waypoints._buffer[1].gate_outer_half_m == 0.8);
+    EXPECT(r->course.waypoints._buffer[2].gate_id == 5);
+  }
+  EXPECT(r->course.laps == 3 && r->course.closed && r->course.floor_known && r->course.floor_z_m == -0.25);
 }
 
 static void check_reply(const void* sample) {
@@ -50,15 +57,16 @@ static void check_reply(const void* sample) {
   EXPECT(r->accepted && r->reason[0] == '\0' && strcmp(r->server, "planner-1") == 0);
   EXPECT(r->session == 0x1122334455667788ull && r->model_hash == 0xfedcba9876543210ull);
   EXPECT(r->control_period_s == 0.02 && r->plan_steps == 20);
+  EXPECT(r->code == 0 && r->field[0] == '\0');
 }
 
 static void check_state(const void* sample) {
   const gatefield_wire_VehicleState* s = sample;
-  EXPECT(s->number == 1 && s->stamp_ns == 1234567890123ll);
+  EXPECT(s->sequence_number == 1 && s->stamp_ns == 1234567890123ll);
   EXPECT(s->p_WB[0] == 1.5 && s->p_WB[1] == -2.25 && s->p_WB[2] == 3.125);
   EXPECT(s->q_WB[1] == -0.5 && s->q_WB[3] == 0.5);
   EXPECT(s->thrust_command_n[3] == 2.875 && !s->thrust_known);
-  EXPECT(s->round_trip_ns == 4200000 && s->depth_number == 5 && s->heard_waypoint == 2 && s->heard_lap == 1);
+  EXPECT(s->round_trip_ns == 4200000 && s->depth_sequence == 5 && s->heard_waypoint == 2 && s->heard_lap == 1);
 }
 
 static void check_depth(const void* sample) {
@@ -75,7 +83,7 @@ static void check_depth(const void* sample) {
 
 static void check_command(const void* sample) {
   const gatefield_wire_ThrustRateCommand* c = sample;
-  EXPECT(c->answers_number == 9 && c->answers_stamp_ns == 1234567890123ll);
+  EXPECT(c->answers_sequence == 9 && c->answers_stamp_ns == 1234567890123ll);
   EXPECT(c->plan_step_ns == 30000000 && c->validity_ns == 600000000);
   EXPECT(c->plan._length == 20);
   if (c->plan._length == 20) {
@@ -93,6 +101,7 @@ static void check_telemetry(const void* sample) {
   EXPECT(t->server_stamp_ns == 99000000001ll);
   check_health(&t->health);
   EXPECT(t->states_received == 1001 && t->deadlines_missed == 6 && t->encode_time_s == 0.00375);
+  EXPECT(t->last_code == 1 && strcmp(t->last_field, "q_WB") == 0 && strcmp(t->last_expected, "norm 1") == 0);
   EXPECT(strcmp(t->last_reason, "q_WB has norm 2, expected 1") == 0);
 }
 

@@ -56,30 +56,33 @@ SESSION = 0x1122334455667788
 
 
 def health(c):
-    return c.f64(0.0045, 123.5, -0.125, 0.0625, 0.0078125).u32(2, 1).u8(0, 1)
+    return c.f64(0.0045, 123.5, -0.125, 0.0625, 0.0078125).u32(2, 1).u8(0, 1).u64(1 << 9 | 1 << 17)
 
 
 def session_request():
-    c = Cdr().u32(1).text("drone").u64(7).u8(0, 1).text("race").u64(42).f64(7.5)
+    c = Cdr().u32(2).text("drone").u64(7).u8(0, 1).text("race").u64(42).f64(7.5)
     # quadrotor
     c.f64(0.83, 3.1e-3, 3.1e-3, 5.0e-3)
     c.f64(0.0771, -0.0771, -0.0771, 0.0771, 0.0771, 0.0771, -0.0771, -0.0771)
     c.i16(1, 1, -1, -1)
-    c.f64(0.016, 0.0, 10.0, 30.0, 0.025, 0.20, 0.20, 0.25, 0.13)
+    c.f64(0.016, 0.0, 10.0, 30.0, 0.025, 0.20, 0.20, 0.25, 0.13).f64(9, 9, 6)
+    # actuation
+    c.u8(0).f64(0, 0, 0, 0)
     # camera
     c.u32(160, 90).f64(84.25, 81.5, 80.0, 45.0, 0.3, 10.0, 60.0)
     c.f64(0.125, 0.0, 0.0625).f64(-0.5, 0.5, -0.5, 0.5)
+    c.f64(0.0005).u8(1).f64(1e-5, -2e-5, 3e-6, -4e-6, 5e-6)
     # course
     c.u32(3)
-    c.f64(3, 0, 1.5, 0, 1, 0)
-    c.f64(0, 3, 1.25, -1, 0, 0)
-    c.f64(-3, 0, 1.75, 0, 0, 0)
-    return c.u32(3).u8(1, 0).f64(0.5, 0.75, 0.06)
+    c.f64(3, 0, 1.5, 0, 1, 0).u8(0).f64(0.5, 0.75, 0.06).u32(0)
+    c.f64(0, 3, 1.25, -1, 0, 0).u8(1).f64(0.6, 0.8, 0.125).u32(0)
+    c.f64(-3, 0, 1.75, 0, 0, 0).u8(0).f64(0.5, 0.75, 0.06).u32(5)
+    return c.u32(3).u8(1, 1).f64(-0.25)
 
 
 def session_reply():
-    c = Cdr().u32(1).text("drone").u64(7).u8(1).text("").text("planner-1").u64(SESSION)
-    return c.f64(0.02, 0.03).u32(20).u64(0xFEDCBA9876543210)
+    c = Cdr().u32(2).text("drone").u64(7).u8(1).text("").text("planner-1").u64(SESSION)
+    return c.f64(0.02, 0.03).u32(20).u64(0xFEDCBA9876543210).u8(0).text("").text("").text("")
 
 
 def vehicle_state():
@@ -103,12 +106,14 @@ def thrust_rate_command():
     for i in range(20):
         x = 0.25 * i
         c.f32(x, -x, x + 1, -x - 1).f32(2 + x, 2.5 + x, 3 + x, 3.5 + x).f32(11 + 4 * x).f32(x, -x, 0.5)
-    return health(c).text("avx2")
+    return health(c).u8(0).text("avx2")
 
 
 def telemetry():
     c = health(Cdr().text("drone").u64(SESSION).i64(99_000_000_001))
-    return c.u64(1001, 2, 303, 4, 5, 996, 6).f64(0.00375).text("q_WB has norm 2, expected 1").text("avx2")
+    return c.u64(1001, 2, 303, 4, 5, 996, 6).f64(0.00375).u8(1).text("q_WB").text("of norm 2").text("norm 1").text("q_WB has norm 2, expected 1").text(
+        "avx2"
+    )
 
 
 def main():

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/dds/convert.h"
+#include "common/dds/request_type.h"
 #include "common/dds/wire_type.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
 #include "tests/support/messages.h"
@@ -79,6 +80,25 @@ TEST(Golden, SessionRequest) {
   EXPECT_EQ(read.course.waypoints[2].p_W, Eigen::Vector3d(-3, 0, 1.75));
   EXPECT_EQ(read.quadrotor.rotor_spin[2], -1);
   EXPECT_EQ(read.timing, protocol::Timing::kLockstep);
+}
+
+// Of a client of another version a server reads who it is and which version it speaks, enough for a refusal.
+TEST(Golden, SessionRequestOfVersion1IsReadAsFarAsItIsTheSame) {
+  const auto bytes = golden("session_request_version_1");
+  RequestType type;
+  SerializedPayload_t payload(static_cast<std::uint32_t>(bytes.size()));
+  std::copy(bytes.begin(), bytes.end(), payload.data);
+  payload.length = static_cast<std::uint32_t>(bytes.size());
+  wire::SessionRequest sample;
+  ASSERT_TRUE(type.deserialize(&payload, &sample));
+  protocol::SessionRequest read;
+  const Status verdict = from_wire(sample, &read);
+  EXPECT_EQ(read.version, 1u);
+  EXPECT_EQ(read.vehicle, "drone");
+  EXPECT_EQ(read.request, 7u);
+  ASSERT_FALSE(verdict.ok());
+  EXPECT_EQ(verdict.failure().code, ErrorCode::kVersion);
+  EXPECT_EQ(verdict.error(), "version is 1, expected 2 (the protocol version of this program)");
 }
 
 TEST(Golden, SessionReply) {

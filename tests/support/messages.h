@@ -16,8 +16,15 @@ inline protocol::SessionRequest good_request(const std::string& vehicle = "drone
   request.profile = "race";
   request.seed = 42;
   request.speed_limit_m_s = 7.5;
+  request.quadrotor.body_rate_max_rad_s = {9, 9, 6};
   request.camera = default_camera();
+  request.camera.metres_per_count = 0.0005;
+  request.camera.distortion_model = CameraModel::Distortion::kBrownConrady;
+  request.camera.distortion = {1e-5, -2e-5, 3e-6, -4e-6, 5e-6};
   request.course.waypoints = {{{3, 0, 1.5}, {0, 1, 0}}, {{0, 3, 1.25}, {-1, 0, 0}}, {{-3, 0, 1.75}, {0, 0, 0}}};
+  request.course.waypoints[1].gate = {GateShape::Opening::kRound, 0.6, 0.8, 0.125};
+  request.course.waypoints[2].gate_id = 5;
+  request.course.floor_z_m = -0.25;
   request.course.laps = 3;
   return request;
 }
@@ -82,6 +89,7 @@ inline protocol::PlannerHealth good_health() {
   health.lap = 1;
   health.course_done = false;
   health.degraded = true;
+  health.problems = protocol::bit(protocol::Problem::kStatesLookNed) | protocol::bit(protocol::Problem::kDepthMissing);
   return health;
 }
 
@@ -125,6 +133,10 @@ inline protocol::Telemetry good_telemetry(const std::string& vehicle = "drone") 
   telemetry.commands_sent = 996;
   telemetry.deadlines_missed = 6;
   telemetry.encode_time_s = 0.00375;
+  telemetry.last_code = ErrorCode::kInvalid;
+  telemetry.last_field = "q_WB";
+  telemetry.last_value = "of norm 2";
+  telemetry.last_expected = "norm 1";
   telemetry.last_reason = "q_WB has norm 2, expected 1";
   telemetry.isa = "avx2";
   return telemetry;

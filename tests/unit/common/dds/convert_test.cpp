@@ -50,11 +50,15 @@ void expect_same(const protocol::PlannerHealth& a, const protocol::PlannerHealth
   EXPECT_EQ(a.lap, b.lap);
   EXPECT_EQ(a.course_done, b.course_done);
   EXPECT_EQ(a.degraded, b.degraded);
+  EXPECT_EQ(a.problems, b.problems);
 }
 
 TEST(Convert, SessionRequestComesBackAsItWas) {
   protocol::SessionRequest in = test::good_request();
   in.quadrotor.rotor_spin = {-1, -1, 1, 1};
+  in.actuation.kind = Actuation::Kind::kBodyRates;
+  in.actuation.thrust_time_constant_s = 0.03;
+  in.actuation.rate_time_constant_s = {0.04, 0.05, 0.12};
   in.quadrotor.drag_kg_s = {0.125, 0.25, 0.375};
   in.course.closed = false;
   for (Waypoint& waypoint : in.course.waypoints) waypoint.gate.opening = GateShape::Opening::kRound;
@@ -78,6 +82,13 @@ TEST(Convert, SessionRequestComesBackAsItWas) {
   EXPECT_EQ(out.quadrotor.rotor_time_constant_s, in.quadrotor.rotor_time_constant_s);
   EXPECT_EQ(out.quadrotor.drag_kg_s, in.quadrotor.drag_kg_s);
   EXPECT_EQ(out.quadrotor.collision_radius_m, in.quadrotor.collision_radius_m);
+  EXPECT_EQ(out.quadrotor.body_rate_max_rad_s, in.quadrotor.body_rate_max_rad_s);
+  EXPECT_EQ(out.actuation.kind, in.actuation.kind);
+  EXPECT_EQ(out.actuation.thrust_time_constant_s, in.actuation.thrust_time_constant_s);
+  EXPECT_EQ(out.actuation.rate_time_constant_s, in.actuation.rate_time_constant_s);
+  EXPECT_EQ(out.camera.metres_per_count, in.camera.metres_per_count);
+  EXPECT_EQ(out.camera.distortion_model, in.camera.distortion_model);
+  EXPECT_EQ(out.camera.distortion, in.camera.distortion);
   EXPECT_EQ(out.camera.width_px, in.camera.width_px);
   EXPECT_EQ(out.camera.height_px, in.camera.height_px);
   EXPECT_EQ(out.camera.fx_px, in.camera.fx_px);
@@ -92,6 +103,7 @@ TEST(Convert, SessionRequestComesBackAsItWas) {
   for (std::size_t i = 0; i < in.course.waypoints.size(); ++i) {
     EXPECT_EQ(out.course.waypoints[i].p_W, in.course.waypoints[i].p_W);
     EXPECT_EQ(out.course.waypoints[i].direction_W, in.course.waypoints[i].direction_W);
+    EXPECT_EQ(out.course.waypoints[i].gate_id, in.course.waypoints[i].gate_id);
     EXPECT_EQ(out.course.waypoints[i].gate.opening, in.course.waypoints[i].gate.opening);
     EXPECT_EQ(out.course.waypoints[i].gate.inner_half_m, in.course.waypoints[i].gate.inner_half_m);
     EXPECT_EQ(out.course.waypoints[i].gate.outer_half_m, in.course.waypoints[i].gate.outer_half_m);
@@ -99,22 +111,16 @@ TEST(Convert, SessionRequestComesBackAsItWas) {
   }
   EXPECT_EQ(out.course.laps, in.course.laps);
   EXPECT_EQ(out.course.closed, in.course.closed);
-}
-
-TEST(Convert, AGateOfTheOtherKindIsCarriedByItsDirection) {
-  protocol::SessionRequest in = test::good_request();
-  in.course.waypoints[1].gate.opening = GateShape::Opening::kRound;
-  in.course.waypoints[1].direction_W = Eigen::Vector3d(0.3, -0.7, 0.1).normalized();
-  const auto out = round_trip<wire::SessionRequestPubSubType>(in);
-  for (std::size_t i = 0; i < in.course.waypoints.size(); ++i) {
-    EXPECT_EQ(out.course.waypoints[i].gate.opening == GateShape::Opening::kRound, i == 1);
-    EXPECT_EQ(out.course.waypoints[i].direction_W, in.course.waypoints[i].direction_W) << "to the bit";
-  }
+  EXPECT_EQ(out.course.floor_z_m, in.course.floor_z_m);
 }
 
 TEST(Convert, SessionReplyComesBackAsItWas) {
   protocol::SessionReply in = test::good_reply();
   in.reason = std::string(protocol::kMaxReasonLength, 'r');
+  in.code = ErrorCode::kBusyServer;
+  in.field = std::string(protocol::kMaxFieldLength, 'f');
+  in.value = "3";
+  in.expected = "4";
   const auto out = round_trip<wire::SessionReplyPubSubType>(in);
   EXPECT_EQ(out.version, in.version);
   EXPECT_EQ(out.vehicle, in.vehicle);
@@ -127,6 +133,10 @@ TEST(Convert, SessionReplyComesBackAsItWas) {
   EXPECT_EQ(out.plan_step_s, in.plan_step_s);
   EXPECT_EQ(out.plan_steps, in.plan_steps);
   EXPECT_EQ(out.model_hash, in.model_hash);
+  EXPECT_EQ(out.code, in.code);
+  EXPECT_EQ(out.field, in.field);
+  EXPECT_EQ(out.value, in.value);
+  EXPECT_EQ(out.expected, in.expected);
 }
 
 TEST(Convert, VehicleStateComesBackAsItWas) {
@@ -209,6 +219,10 @@ TEST(Convert, TelemetryComesBackAsItWas) {
   EXPECT_EQ(out.commands_sent, in.commands_sent);
   EXPECT_EQ(out.deadlines_missed, in.deadlines_missed);
   EXPECT_EQ(out.encode_time_s, in.encode_time_s);
+  EXPECT_EQ(out.last_code, in.last_code);
+  EXPECT_EQ(out.last_field, in.last_field);
+  EXPECT_EQ(out.last_value, in.last_value);
+  EXPECT_EQ(out.last_expected, in.last_expected);
   EXPECT_EQ(out.last_reason, in.last_reason);
   EXPECT_EQ(out.isa, in.isa);
 }

@@ -39,6 +39,31 @@ TEST(Camera, PixelCentresLieAtHalves) {
   EXPECT_NEAR(camera.ray_C(159, 0).x(), 1.0 - 0.5 / camera.fx_px, 1e-12);
 }
 
+TEST(Camera, DistortionIsMeasuredWhereItMovesMost) {
+  CameraModel camera = default_camera();
+  EXPECT_EQ(largest_distortion_px(camera), 0.0);
+  camera.distortion_model = CameraModel::Distortion::kBrownConrady;
+  EXPECT_EQ(largest_distortion_px(camera), 0.0);
+  camera.distortion[0] = 0.01;
+  // k1 r^3 at a corner, in pixels along its ray.
+  const double x = 80.0 / camera.fx_px, y = 45.0 / camera.fy_px, r2 = x * x + y * y;
+  EXPECT_NEAR(largest_distortion_px(camera), 0.01 * r2 * std::hypot(80.0, 45.0), 1e-9);
+  camera.distortion[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(validate(camera).ok());
+}
+
+TEST(Camera, ALittleDistortionIsTakenAndMoreIsRefused) {
+  CameraModel camera = default_camera();
+  camera.distortion_model = CameraModel::Distortion::kBrownConrady;
+  camera.distortion[0] = 0.005;
+  EXPECT_TRUE(validate(camera).ok());
+  camera.distortion[0] = -0.05;
+  const Status status = validate(camera);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.failure().field, "camera.distortion");
+  EXPECT_THAT(status.error(), testing::HasSubstr("send rectified ones"));
+}
+
 TEST(Camera, SeesWhatProjectsIntoTheImageWithinTheDepthRange) {
   const CameraModel camera = default_camera();
   EXPECT_TRUE(camera.sees({0, 0, 5}));

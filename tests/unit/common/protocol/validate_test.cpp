@@ -64,7 +64,7 @@ TEST(ValidateRequest, RefusesEveryBadFieldByName) {
   expect_refused<R>(
       test::good_request(),
       {
-          {"version", [](R* r) { r->version = 2; }, "version is 2"},
+          {"version", [](R* r) { r->version = 1; }, "version is 1"},
           {"name", [](R* r) { r->vehicle = std::string("a b"); }, "vehicle is"},
           {"request", [](R* r) { r->request = 0; }, "request is 0"},
           {"action", [](R* r) { r->action = static_cast<R::Action>(9); }, "action is 9"},
@@ -76,6 +76,21 @@ TEST(ValidateRequest, RefusesEveryBadFieldByName) {
           {"speed negative", [](R* r) { r->speed_limit_m_s = -1; }, "speed_limit_m_s is -1"},
           {"mass", [](R* r) { r->quadrotor.mass_kg = 0; }, "mass_kg"},
           {"thrust below weight", [](R* r) { r->quadrotor.thrust_max_n = 1.9; }, "thrust_max_n"},
+          {"rates", [](R* r) { r->quadrotor.body_rate_max_rad_s.z() = 101; }, "body_rate_max_rad_s[2] is 101"},
+          {"actuation", [](R* r) { r->actuation.kind = static_cast<Actuation::Kind>(2); }, "actuation.kind is 2"},
+          {"lag of rotors", [](R* r) { r->actuation.thrust_time_constant_s = 0.1; },
+           "actuation.thrust_time_constant_s is 0.1 s"},
+          {"lag of a rate loop",
+           [](R* r) {
+             r->actuation.kind = Actuation::Kind::kBodyRates;
+             r->actuation.thrust_time_constant_s = 0.03;
+           },
+           "actuation.rate_time_constant_s[0] is 0 s, expected 0.001 to 1 s"},
+          {"counts", [](R* r) { r->camera.metres_per_count = 0; }, "camera.metres_per_count is 0"},
+          {"distortion model", [](R* r) { r->camera.distortion_model = static_cast<CameraModel::Distortion>(7); },
+           "camera.distortion_model is 7"},
+          {"distortion", [](R* r) { r->camera.distortion[0] = -0.1; },
+           "camera.distortion is one that moves a pixel by"},
           {"camera size", [](R* r) { r->camera.width_px = 8; }, "camera.width_px"},
           {"camera mounting", [](R* r) { r->camera.X_BC.linear().setZero(); }, "camera.X_BC"},
           {"no course", [](R* r) { r->course.waypoints.clear(); }, "course.waypoints is 0"},
@@ -91,6 +106,29 @@ TEST(ValidateRequest, RefusesEveryBadFieldByName) {
           {"opening", [](R* r) { r->course.waypoints[2].gate.opening = static_cast<GateShape::Opening>(2); },
            "course.waypoints[2].gate.opening is 2"},
       });
+}
+
+TEST(ValidateRequest, SaysWhichFieldAndThatAnotherVersionIsAnotherMatter) {
+  SessionRequest request = test::good_request();
+  request.course.waypoints[1].gate.thickness_m = 2;
+  Error error = validate(request).failure();
+  EXPECT_EQ(error.code, ErrorCode::kInvalid);
+  EXPECT_EQ(error.field, "course.waypoints[1].gate.thickness_m");
+  EXPECT_EQ(error.value, "2");
+  EXPECT_EQ(error.expected, "0.005 to 1 m");
+  request.version = 1;
+  error = validate(request).failure();
+  EXPECT_EQ(error.code, ErrorCode::kVersion);
+  EXPECT_EQ(error.field, "version");
+}
+
+TEST(ValidateReply, ARefusalMayBeOfTheVersionOfWhoAsked) {
+  SessionReply reply = test::good_reply();
+  reply.version = 1;
+  EXPECT_FALSE(validate(reply).ok());
+  reply.accepted = false;
+  reply.reason = "version is 1, expected 2";
+  EXPECT_TRUE(validate(reply).ok());
 }
 
 TEST(ValidateRequest, TakesTheEdgesOfItsRanges) {
@@ -119,6 +157,9 @@ TEST(ValidateReply, RefusesEveryBadFieldByName) {
                         {"name", [](R* r) { r->vehicle.clear(); }, "vehicle is"},
                         {"request", [](R* r) { r->request = 0; }, "request is 0"},
                         {"server", [](R* r) { r->server = "s p"; }, "server is"},
+                        {"field", [](R* r) { r->field = std::string(128, 'f'); }, "field is 128 characters long"},
+                        {"value", [](R* r) { r->value = "a\n"; }, "value is text with control characters"},
+                        {"expected", [](R* r) { r->expected = "\x1b[2J"; }, "expected is text with control"},
                         {"session", [](R* r) { r->session = 0; }, "session is 0"},
                         {"period", [](R* r) { r->control_period_s = 0; }, "control_period_s is 0"},
                         {"step", [](R* r) { r->plan_step_s = kNan; }, "plan_step_s is"},
