@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/base/clock.h"
+
+namespace gatefield::pilot {
+
+/// The order of one vehicle's samples of one kind, by their sequence numbers and stamps (the client's clock): what goes
+/// on along the line is taken, what is late is left out, and one sample that lies elsewhere - a stamp of 2^63 - 1, a
+/// number far ahead, a clock that went back - does no harm. When kAgree samples in a row go on from each other
+/// elsewhere, the line is taken up there: the client's clock or count has begun anew, or the first sample of all was
+/// the bad one.
+///
+/// A sample goes on from another when its sequence is more, by at most kMaxSkip, and its stamp is later, by at most
+/// kMaxJump and what passed meanwhile by the receiver's clock. It is late when neither is more and the stamp is at most
+/// kMaxJump back.
+/// Thread-safe: no (the owner's lock).   Real-time safe: yes.
+class TimeLine {
+ public:
+  static constexpr std::uint64_t kMaxSkip = 100'000;
+  static constexpr Stamp kMaxJump = std::chrono::seconds(1);
+  static constexpr int kAgree = 3;
+
+  enum class Verdict {
+    kNext,      ///< goes on along the line, or is the first of all
+    kRepeated,  ///< the newest one again
+    kLate,      ///< older than the newest
+    kOff,       ///< lies elsewhere: not to be used
+    kNewLine,   ///< the last of kAgree that lie elsewhere: the line goes on from here; whoever keeps stamps begins anew
+  };
+
+  /// @param received  receiver's clock; in lockstep simulated time may pass faster than it: `free` then
+  /// @param free      stamps may be any time later than the one before
+  Verdict judge(std::uint64_t sequence, Stamp stamp, Stamp received, bool free) noexcept;
+
+  bool begun() const noexcept { return begun_; }
+  std::uint64_t last_sequence() const noexcept { return line_.sequence; }
+  Stamp last_stamp() const noexcept { return line_.stamp; }
+
+  /// What save and restore need.
+  struct Point {
+    std::uint64_t sequence = 0;
+    Stamp stamp{0};
+    Stamp received{0};
+  };
+  const Point& newest() const noexcept { return line_; }
+  void resume(const Point& newest) noexcept {
+    line_ = newest;
+    begun_ = true;
+    agreeing_ = 0;
+  }
+
+ private:
+  static bool goes_on(const Point& from, const Point& to, bool free) noexcept;
+
+  bool begun_ = false;
+  Point line_;        ///< newest that was taken
+  Point elsewhere_;   ///< newest that lies off the line
+  int agreeing_ = 0;  ///< how many in a row lie there
+};
+
+}  // namespace gatefield::pilot
