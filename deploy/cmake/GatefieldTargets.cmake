@@ -75,6 +75,9 @@ function(gatefield_program name)
   endif()
 endfunction()
 
+# Code that is made while building, for what reads sources without compiling them (deploy/lint).
+add_custom_target(generated_code)
+
 # Everything that carries a label, so that a sanitizer build can make just that: cmake --build ... --target unit_tests
 add_custom_target(unit_tests)
 add_custom_target(thread_tests)
