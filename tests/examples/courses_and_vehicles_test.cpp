@@ -3,8 +3,6 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 
@@ -16,10 +14,12 @@
 namespace gatefield::config {
 namespace {
 
+const std::filesystem::path kPage = std::filesystem::path(GATEFIELD_SOURCE_DIR) / "docs/courses-and-vehicles.md";
+
 class CoursesAndVehicles : public testing::Test {
  protected:
   CoursesAndVehicles()
-      : files_(test::shown_files(std::filesystem::path(GATEFIELD_SOURCE_DIR) / "docs/courses-and-vehicles.md")),
+      : files_(test::shown_files(kPage)),
         folder_(std::filesystem::temp_directory_path() / ("gatefield-page-" + std::to_string(getpid()))) {
     test::write_files(files_, folder_);
   }
@@ -59,14 +59,12 @@ TEST_F(CoursesAndVehicles, TheScenarioFindsBoth) {
 }
 
 TEST_F(CoursesAndVehicles, MistakesAreAnsweredAsThePageSays) {
-  const std::string page = [] {
-    std::ifstream in(std::filesystem::path(GATEFIELD_SOURCE_DIR) / "docs/courses-and-vehicles.md");
-    return std::string(std::istreambuf_iterator<char>(in), {});
-  }();
+  const std::string page = test::text_of(kPage);
   const auto promised = [&](const std::filesystem::path& file) {
     const auto track = load_track(file);
     ASSERT_FALSE(track);
-    const std::string sentence = track.error().substr(folder_.string().size() + 1);  // the page's reader is in the folder
+    const std::string sentence =
+        track.error().substr(folder_.string().size() + 1);  // the page's reader is in the folder
     EXPECT_NE(page.find('\n' + sentence + '\n'), std::string::npos) << "the page does not show: " << sentence;
   };
   promised(spoiled_course("inner_half_m", "inner_m"));

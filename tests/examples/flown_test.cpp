@@ -16,9 +16,11 @@ using std::chrono::seconds;
 
 void expect_won(const std::vector<std::string>& what) {
   const Programs programs("examples");
-  write_files(shown_files(std::filesystem::path(GATEFIELD_SOURCE_DIR) / "docs/courses-and-vehicles.md"), programs.file("."));
+  write_files(shown_files(std::filesystem::path(GATEFIELD_SOURCE_DIR) / "docs/courses-and-vehicles.md"),
+              programs.file("."));
   std::vector<std::string> arguments = {"--lockstep", "--speed", "5"};
-  for (const std::string& word : what) arguments.push_back(word.starts_with("my/") ? programs.file(word).string() : word);
+  for (const std::string& word : what)
+    arguments.push_back(word.starts_with("my/") ? programs.file(word).string() : word);
   Process server = programs.server("server.log");
   Process simulator = programs.simulator("sim.log", arguments);
   EXPECT_EQ(simulator.wait(seconds(200)), 0) << simulator.output();

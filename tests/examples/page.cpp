@@ -3,16 +3,23 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <string_view>
 
 namespace gatefield::test {
 
-std::map<std::string, std::string> shown_files(const std::filesystem::path& page) {
-  std::ifstream in(page);
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
   if (!in) {
-    std::fprintf(stderr, "%s can't be read\n", page.c_str());
+    std::fprintf(stderr, "%s can't be read\n", file.c_str());
     std::abort();
   }
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::map<std::string, std::string> shown_files(const std::filesystem::path& page) {
+  std::istringstream in(text_of(page));
   constexpr std::string_view kFence = "```";
   std::map<std::string, std::string> files;
   std::string line;
