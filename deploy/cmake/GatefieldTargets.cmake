@@ -21,44 +21,76 @@ if(GATEFIELD_SANITIZE)
   target_link_options(gatefield_flags INTERFACE -fsanitize=${GATEFIELD_SANITIZE})
 endif()
 
-# gatefield_library(<name> [SOURCES ...] [PUBLIC ...] [PRIVATE ...])
-# A static library (INTERFACE when it has no sources) that includes by paths from the repository's root.
+include(GatefieldWalls)
+
+# gatefield_library(<name> [TRUTH] [OBJECT] [SOURCES ...] [HEADERS ...] [PUBLIC ...] [PRIVATE ...])
+# A static library (OBJECT: its objects, all of which go into what links it; INTERFACE when it has no sources). Includes are written as paths from the repository's root; which of them are
+# found follows from the links (GatefieldWalls.cmake, which also says what HEADERS and TRUTH are for).
 function(gatefield_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "TRUTH;OBJECT" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
+  gatefield_wall_folder(headers include ${name})
+  gatefield_wall_folder(inside inside ${name})
   if(ARG_SOURCES)
-    add_library(${name} STATIC ${ARG_SOURCES})
-    target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+    set(kind STATIC)
+    if(ARG_OBJECT)
+      set(kind OBJECT)
+    endif()
+    add_library(${name} ${kind} ${ARG_SOURCES})
+    target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${headers}> PRIVATE ${inside})
     target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:gatefield_flags>)
   else()
     add_library(${name} INTERFACE)
-    target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+    target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${headers}>)
     target_link_libraries(${name} INTERFACE ${ARG_PUBLIC})
+  endif()
+  set_target_properties(${name} PROPERTIES GATEFIELD_HEADERS "${ARG_HEADERS}")
+  gatefield_register_owner(library ${name})
+  if(ARG_TRUTH)
+    gatefield_mark_truth(${name})
   endif()
 endfunction()
 
-# gatefield_program(<name> SOURCES ... LIBRARIES ...): a program for people, in <build>/bin
-function(gatefield_program name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
-  add_executable(${name} ${ARG_SOURCES})
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
-  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} gatefield_flags)
+# What programs and tests have in common: the headers of their own folder, and what they link.
+function(gatefield_executable name sources libraries inside)
+  add_executable(${name} ${sources})
+  gatefield_wall_folder(headers include ${name})
+  target_include_directories(${name} PRIVATE ${headers})
+  target_link_libraries(${name} PRIVATE ${libraries} gatefield_flags)
+  gatefield_register_owner(program ${name})
+  foreach(library IN LISTS inside)
+    gatefield_wall_folder(folder inside ${library})
+    target_include_directories(${name} PRIVATE ${folder})
+  endforeach()
 endfunction()
+
+# gatefield_program(<name> [BLIND] SOURCES ... LIBRARIES ...): a program for people, in <build>/bin
+# BLIND: it must not link what knows the truth.
+function(gatefield_program name)
+  cmake_parse_arguments(ARG "BLIND" "" "SOURCES;LIBRARIES" ${ARGN})
+  gatefield_executable(${name} "${ARG_SOURCES}" "${ARG_LIBRARIES}" "")
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+  if(ARG_BLIND)
+    # When everything has been read: a link may be added after this line.
+    cmake_language(EVAL CODE "cmake_language(DEFER DIRECTORY [[${PROJECT_SOURCE_DIR}]] CALL gatefield_check_blind ${name})")
+  endif()
+endfunction()
+
+# Code that is made while building, for what reads sources without compiling them (deploy/lint).
+add_custom_target(generated_code)
 
 # Everything that carries a label, so that a sanitizer build can make just that: cmake --build ... --target unit_tests
 add_custom_target(unit_tests)
 add_custom_target(thread_tests)
 
-# gatefield_test(<name> LABEL <unit|integration|conformance|...> SOURCES ... LIBRARIES ... [TIMEOUT s] [THREADS])
+# gatefield_test(<name> LABEL <unit|integration|conformance|...> SOURCES ... LIBRARIES ... [INSIDE ...] [TIMEOUT s] [THREADS])
 # One GoogleTest executable, one CTest test per executable. THREADS: also run under ThreadSanitizer (label threads).
+# INSIDE: libraries whose inner parts (*-inl.h) it tests.
 function(gatefield_test name)
-  cmake_parse_arguments(ARG "THREADS" "LABEL;TIMEOUT" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "THREADS" "LABEL;TIMEOUT" "SOURCES;LIBRARIES;INSIDE" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
-  add_executable(${name} ${ARG_SOURCES})
-  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main gatefield_flags)
+  gatefield_executable(${name} "${ARG_SOURCES}" "${ARG_LIBRARIES};GTest::gmock;GTest::gtest_main" "${ARG_INSIDE}")
   target_compile_definitions(${name} PRIVATE GATEFIELD_SOURCE_DIR="${PROJECT_SOURCE_DIR}" GATEFIELD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   add_test(NAME ${name} COMMAND ${name})
   set(labels ${ARG_LABEL})

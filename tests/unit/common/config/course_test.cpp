@@ -106,18 +106,6 @@ TEST(CourseFile, ErrorsNameFieldValueAndWhatWasExpected) {
               HasSubstr("both yaw_deg and direction"));
 }
 
-TEST(CourseFile, TheDocumentationsExampleLoads) {
-  const std::string page = read_all(GATEFIELD_SOURCE_DIR "/docs/courses-and-vehicles.md");
-  const auto begin = page.find("title: \"Hall");
-  ASSERT_NE(begin, std::string::npos);
-  const TemporaryFile file(page.substr(begin, page.find("```", begin) - begin));
-  const auto track = load_track(file.path());
-  ASSERT_TRUE(track.ok()) << track.error();
-  EXPECT_EQ(track->course.waypoints.size(), 2u);
-  EXPECT_EQ(track->clutter.size(), 1u);
-  EXPECT_TRUE(track->has_floor);
-}
-
 TEST(CourseFile, ACourseWithoutWaypointsIsRefused) {
   const TemporaryFile file(
       "gate { inner_half_m: 0.5 outer_half_m: 0.75 thickness_m: 0.06 }\n"

@@ -1,0 +1,18 @@
+# Compiles one include as a source of one target would see it. Run by CTest; see CMakeLists.txt for the variables.
+#   COMPILER, FOLDERS (the target's include folders), HEADER, EXPECTED (seen or refused), WORK
+set(source ${WORK}.cpp)
+file(WRITE ${source} "#include \"${HEADER}\"\n")
+set(arguments)
+foreach(folder IN LISTS FOLDERS)
+  list(APPEND arguments -I ${folder})
+endforeach()
+execute_process(COMMAND ${COMPILER} -std=c++20 -w -fsyntax-only ${arguments} ${source} RESULT_VARIABLE result ERROR_VARIABLE words)
+if(EXPECTED STREQUAL "seen")
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${HEADER} should be seen and is not:\n${words}")
+  endif()
+elseif(result EQUAL 0)
+  message(FATAL_ERROR "${HEADER} is seen; there is no link to its library, so the compiler should refuse it.")
+elseif(NOT words MATCHES "${HEADER}(: No such file|' file not found)")
+  message(FATAL_ERROR "${HEADER} was refused for another reason than that it is not seen:\n${words}")
+endif()

@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# Holds the documents: prose lines of at most 120 characters (tables and code may be longer), and links that lead somewhere.
+# usage: documents.sh SOURCE_FOLDER
+set -euo pipefail
+export LC_ALL=C.UTF-8
+cd "$1"
+failed=0
+
+while read -r page; do
+  # A page that a command writes is as wide as the command makes it.
+  case "$page" in docs/results.md | docs/performance.md | docs/results/*) made=yes ;; *) made=no ;; esac
+  code=no
+  number=0
+  while IFS= read -r line || [[ -n "$line" ]]; do
+    number=$((number + 1))
+    if [[ "$line" == '```'* ]]; then [[ $code == no ]] && code=yes || code=no; fi
+    if [[ $made == no && $code == no && "$line" != '|'* && ${#line} -gt 120 ]]; then
+      echo "$page:$number: ${#line} characters, expected at most 120"
+      failed=1
+    fi
+  done <"$page"
+  while read -r target; do
+    if [[ ! -e "$(dirname "$page")/$target" ]]; then
+      echo "$page: the link to '$target' leads nowhere"
+      failed=1
+    fi
+  done < <(grep -oE '\]\([^)#: ]+' "$page" | sed 's/^](//' || true)
+done < <(find README.md CONTRIBUTING.md docs -name '*.md' | sort)
+
+[[ $failed -eq 0 ]] && echo "Documents: no line too long, no link to nowhere."
+exit $failed
