@@ -9,10 +9,10 @@ namespace gatefield::planner {
 /// d = min(1, need - clearance) at the state of least clearance in the slab that frame and vehicle fill; just before
 /// the plane, up to the outer edge, it is 0 at most. Nothing where all states are clear. Clearance is taken as
 /// inner_half - distance from the axis: round inside the square, so on the safe side in its corners.
-class LeftFrameCost final : public CostTerm {
+class PassedFrameCost final : public CostTerm {
  public:
-  explicit LeftFrameCost(const Profile& profile) noexcept;
-  std::string_view name() const noexcept override { return "left frame"; }
+  explicit PassedFrameCost(const Profile& profile) noexcept;
+  std::string_view name() const noexcept override { return "passed_frame"; }
   FieldUse field_use() const noexcept override { return FieldUse::kNone; }
   void accumulate(const PlanContext& context, const RolloutBatch& batch, std::span<float> cost) const noexcept override;
 
