@@ -24,10 +24,9 @@ class CpuDecoder final : public PreparedDecoder {
   CpuDecoder(const model::DecoderWeights& weights, const DecodeKernel& kernel);
   void decode(const FoldedDecoder& folded, std::span<const float> x_W, std::span<const float> y_W,
               std::span<const float> z_W, std::span<float> sdf_m) const noexcept override;
-
- private:
   void lay_out(FoldedDecoder* out) const override;
 
+ private:
   DecodeKernel kernel_;
   PackedLayer point_columns_;       ///< kConcatenated: weights of the first layer, without its bias
   std::vector<PackedLayer> inner_;  ///< those behind it

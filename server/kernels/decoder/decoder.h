@@ -53,15 +53,14 @@ class PreparedDecoder {
 
   /// The first layer that `latent` makes, into `out`, whose pose stays. @pre latent.size() == weights().latent_size
   void fold(std::span<const float> latent, FoldedDecoder* out) const;
+  /// Brings out->first into this back end's own layout, out->packed; nothing where `first` is read as it is.
+  virtual void lay_out(FoldedDecoder* out) const = 0;
 
   /// s at points in the world frame, see FoldedDecoder::decode().
   virtual void decode(const FoldedDecoder& folded, std::span<const float> x_W, std::span<const float> y_W,
                       std::span<const float> z_W, std::span<float> sdf_m) const noexcept = 0;
 
  private:
-  /// Brings out->first into this back end's own layout, out->packed; nothing where `first` is read as it is.
-  virtual void lay_out(FoldedDecoder* out) const = 0;
-
   model::DecoderWeights weights_;
   model::Dense point_columns_;
 };
@@ -93,6 +92,10 @@ struct FoldedDecoder {
 /// @pre latent.size() == prepared->weights().latent_size
 void fold(const std::shared_ptr<const PreparedDecoder>& prepared, std::span<const float> latent,
           const Eigen::Isometry3d& X_WC, FoldedDecoder* out);
+
+/// Brings a latent's part that was folded for another back end (or in another process) over to this one: lays out
+/// folded->first, and the field is the same within both tolerances. @pre *folded is of the same model
+void adopt(const std::shared_ptr<const PreparedDecoder>& prepared, FoldedDecoder* folded);
 
 /// The same as FoldedDecoder::decode() in double precision, readable, from weights that no back end laid out: what back
 /// ends are held against.

@@ -87,4 +87,9 @@ void fold(const std::shared_ptr<const PreparedDecoder>& prepared, std::span<cons
   out->place(X_WC);
 }
 
+void adopt(const std::shared_ptr<const PreparedDecoder>& prepared, FoldedDecoder* folded) {
+  prepared->lay_out(folded);
+  folded->prepared = prepared;
+}
+
 }  // namespace gatefield::kernels

@@ -4,10 +4,11 @@
 
 namespace gatefield::planner {
 
-/// The gate that was passed last, which is no target any more and yet in the way: who turns sharply behind an opening
-/// must not turn into its post, nor back through it where the next gate lies behind. Per rollout weight (1 + 4 d),
-/// d = min(1, need - clearance) at the state of least clearance in the slab that frame and vehicle fill; just before
-/// the plane, up to the outer edge, it is 0 at most. Nothing where all states are clear. Clearance is taken as
+/// The frame of the gate that was passed last, which is no target any more and yet in the way: a vehicle that turns
+/// sharply behind an opening must not turn into its post, nor back through it where the next gate lies behind.
+///   cost += weight (1 + 4 d),   d = min(1, need - clearance)
+/// with the least clearance of the rollout's states in the slab that frame and vehicle fill; of states just before the
+/// plane, up to the outer edge, it is 0 at most. Nothing where all states are clear. Clearance is taken as
 /// inner_half - distance from the axis: round inside the square, so on the safe side in its corners.
 class PassedFrameCost final : public CostTerm {
  public:

@@ -21,13 +21,19 @@ struct Entry {
   std::unique_ptr<const CostTerm> (*make)(const Profile&);
 };
 
-/// All terms, in the order in which they are added up.
+/// All terms, in the order in which they are added up; a line each.
+// clang-format off
 constexpr Entry kTerms[] = {
-    {&Profile::progress_weight, make<ProgressCost>},    {&Profile::visibility_weight, make<VisibilityCost>},
-    {&Profile::field_weight, make<FieldClearanceCost>}, {&Profile::crossing_weight, make<CrossingCost>},
-    {&Profile::crossing_weight, make<PassedFrameCost>}, {&Profile::speed_weight, make<SpeedCost>},
-    {&Profile::body_rate_weight, make<BodyRateCost>},   {&Profile::altitude_weight, make<AltitudeCost>},
+    {&Profile::progress_weight, make<ProgressCost>},
+    {&Profile::visibility_weight, make<VisibilityCost>},
+    {&Profile::field_weight, make<FieldClearanceCost>},
+    {&Profile::crossing_weight, make<CrossingCost>},
+    {&Profile::crossing_weight, make<PassedFrameCost>},
+    {&Profile::speed_weight, make<SpeedCost>},
+    {&Profile::body_rate_weight, make<BodyRateCost>},
+    {&Profile::altitude_weight, make<AltitudeCost>},
 };
+// clang-format on
 
 }  // namespace
 

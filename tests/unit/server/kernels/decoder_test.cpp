@@ -168,6 +168,26 @@ TEST_P(DecoderTest, PlacingIsFoldingThereBitForBit) {
   }
 }
 
+TEST_P(DecoderTest, AdoptingWhatAnotherBackEndFoldedGivesWhatItFoldsItself) {
+  for (const Shape& shape : kShapes) {
+    const DecoderWeights weights = random_weights(shape.kind, shape.hidden, shape.octaves, 5);
+    const std::vector<float> latent = random_latent(weights.latent_size, 6);
+    const auto prepared = backend().prepare(weights);
+    const Points points(40);
+    std::vector<float> sdf(40), expected(40);
+    FoldedDecoder own;
+    fold(prepared, latent, capture_pose(), &own);
+    own.decode(points.x, points.y, points.z, expected);
+    for (const Backend* other : available_backends()) {
+      FoldedDecoder folded;
+      fold(other->prepare(weights), latent, capture_pose(), &folded);
+      adopt(prepared, &folded);
+      folded.decode(points.x, points.y, points.z, sdf);
+      EXPECT_EQ(sdf, expected) << other->name();
+    }
+  }
+}
+
 TEST_P(DecoderTest, ACopyIsAFieldOfItsOwnAndHoldsTheFirstLayerOnly) {
   const DecoderWeights weights = random_weights(DecoderKind::kHyper, {256, 256, 256}, 0, 5);
   FoldedDecoder copy;

@@ -24,7 +24,7 @@ class ShortListTest : public testing::Test {
   ShortListTest() {
     profile_.samples = kBlocks * kBlock;
     profile_.steps = 10;
-    profile_.temperature = 0.3;
+    profile_.temperature = 0.1;
     input_.start.p_WB = {-2, 0, 0};
     input_.target.field = &field_;
     input_.target.seen = true;
