@@ -52,7 +52,7 @@ class Place {
       if (tree != nullptr && descriptor != nullptr && line < 0)
         line = tree->GetLocation(descriptor, descriptor->is_repeated() ? 0 : -1).line;
     if (line < 0) line = line_;
-    return {file_.string() + ":" + std::to_string(line + 1) + ": cell '" + name_ + "': " + sentence};
+    return Error(file_.string() + ":" + std::to_string(line + 1) + ": cell '" + name_ + "': " + sentence);
   }
 
   /// A sentence that already begins with the campaign's name gets the line put in.
@@ -203,7 +203,7 @@ Status check_numbers(const CellSpec& spec, const Place& place) {
                                     std::to_string(spec.seeds().last()) + ", expected first <= last and at most " +
                                     std::to_string(kMaxSeeds) + " of them");
   if (spec.has_laps())
-    if (auto status = check(place, "laps", "laps", spec.laps(), 1, protocol::kMaxLaps, ""); !status) return status;
+    if (auto status = check(place, "laps", "laps", spec.laps(), 1, kMaxLaps, ""); !status) return status;
   const LinkSpec& link = spec.link();
   if (auto status = check(place, "link", "link.each_way_ms", link.each_way_ms(), 0, 500, " ms"); !status) return status;
   if (auto status = check(place, "link", "link.jitter_ms", link.jitter_ms(), 0, 1000, " ms"); !status) return status;
