@@ -21,7 +21,7 @@
 #include "server/app/data_files.h"
 #include "server/app/dds_transport.h"
 #include "server/app/trace.h"
-#include "server/kernels/isa.h"
+#include "server/kernels/backend.h"
 #include "server/perception/depth_encoder.h"
 #include "server/planner/planner.h"
 #include "server/service/service.h"
@@ -89,8 +89,8 @@ std::string lock_memory() {
 
 int run(const Arguments& arguments) {
   log::start("gatefield-server", arguments.log_level);
-  if (const Status status = kernels::select_isa(arguments.isa); !status)
-    return fail(kBadInput, "--isa: " + status.error());
+  const auto backend = kernels::select_backend(arguments.isa);
+  if (!backend) return fail(kBadInput, "--isa: " + backend.error());
   if (const Status status = protocol::validate_name("--name", arguments.name); !status)
     return fail(kBadInput, status.error());
 
@@ -114,7 +114,7 @@ int run(const Arguments& arguments) {
   // Made once here, so that a model whose networks don't load is found before anyone can join.
   if (auto encoder = perception::DepthEncoder::create(bundle); !encoder) return fail(kBadInput, encoder.error());
 
-  const std::string isa(kernels::active_isa());
+  const std::string isa((*backend)->name());
   std::string names;
   for (const auto& [name, profile] : *profiles) names += (names.empty() ? "" : ", ") + name;
 
@@ -136,14 +136,15 @@ int run(const Arguments& arguments) {
 
   const double cone_angle_rad = bundle.manifest().cone_angle_rad;
   service::Factories factories;
-  factories.planner = [&arguments, cone_angle_rad, &crew](const planner::Profile& profile,
-                                                          const protocol::SessionRequest& request) {
+  factories.planner = [&arguments, cone_angle_rad, &crew, &backend](const planner::Profile& profile,
+                                                                    const protocol::SessionRequest& request) {
     return traced(planner::Planner::create(profile, request.quadrotor, request.course.waypoints[0].gate, cone_angle_rad,
-                                           request.seed, {&crew, true}),
+                                           request.seed, {.crew = &crew, .backend = *backend}),
                   request, arguments.trace);
   };
-  factories.memory = [&bundle](const protocol::SessionRequest& request) {
-    return service::make_memory(bundle, request.course);
+  factories.memory = [&bundle,
+                      decoder = (*backend)->prepare(bundle.decoder())](const protocol::SessionRequest& request) {
+    return service::make_memory(bundle, decoder, request.course);
   };
   factories.encoder = [&bundle] { return perception::DepthEncoder::create(bundle); };
 
@@ -219,7 +220,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   std::string isas = "auto";
-  for (const std::string& isa : gatefield::kernels::available_isas()) isas += ", " + isa;
+  for (const auto* backend : gatefield::kernels::available_backends()) isas += ", " + std::string(backend->name());
   app.add_option("--isa", arguments.isa, "Instruction set of the kernels, one of: " + isas)->capture_default_str();
   app.add_option("--log-level", arguments.log_level, "What to write to standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))

@@ -48,10 +48,9 @@ class TracedPlanner final : public planner::Planner {
       : planner_(std::move(planner)), file_(file), keeper_(planner_->profile().samples), rollouts_(rollouts) {}
 
   void plan(const planner::PlanInput& input, planner::Plan* plan) noexcept override {
-    planner::PlanInput asked = input;
     keeper_.rollouts.clear();
-    if (rollouts_ && input.step % kEvery == 0) asked.observer = &keeper_;
-    planner_->plan(asked, plan);
+    planner_->watch(rollouts_ && input.step % kEvery == 0 ? &keeper_ : nullptr);
+    planner_->plan(input, plan);
 
     trace::Step step;
     step.stamp = input.stamp;

@@ -16,7 +16,7 @@
 #include "server/app/dds_transport.h"
 #include "server/app/trace.h"
 #include "server/baseline/perception.h"
-#include "server/kernels/isa.h"
+#include "server/kernels/backend.h"
 #include "server/service/service.h"
 
 namespace gatefield::baseline {
@@ -38,8 +38,8 @@ int fail(int code, const std::string& sentence) {
 
 int run(const Arguments& arguments) {
   log::start("gatefield-baseline-server", arguments.log_level);
-  if (const Status status = kernels::select_isa(arguments.isa); !status)
-    return fail(kBadInput, "--isa: " + status.error());
+  const auto backend = kernels::select_backend(arguments.isa);
+  if (!backend) return fail(kBadInput, "--isa: " + backend.error());
   if (const Status status = protocol::validate_name("--name", arguments.name); !status)
     return fail(kBadInput, status.error());
   const auto kind = parse_kind(arguments.perception);
@@ -60,7 +60,7 @@ int run(const Arguments& arguments) {
   options.max_vehicles = 1;
   options.control_threads = arguments.threads;
   options.perception_threads = arguments.perception_threads;
-  options.isa = std::string(kernels::active_isa());
+  options.isa = std::string((*backend)->name());
   options.model_hash = 1 + static_cast<std::uint64_t>(*kind);
   options.sight.takes_prior = *kind == Kind::kClassical;
   options.profiles = std::move(profiles).value();
@@ -69,9 +69,9 @@ int run(const Arguments& arguments) {
     for (auto& [name, profile] : options.profiles) profile.unseen_speed_factor = 1.0;
 
   service::Factories factories;
-  factories.planner = [&arguments](const planner::Profile& profile, const protocol::SessionRequest& request) {
-    return app::traced(planner::Planner::create(profile, request.quadrotor, request.course.waypoints[0].gate,
-                                                kGuideConeAngle_rad, request.seed),
+  factories.planner = [&arguments, &backend](const planner::Profile& profile, const protocol::SessionRequest& request) {
+    return app::traced(planner::Planner::create(profile, request.quadrotor, request.course.waypoints[0].gate, kGuideConeAngle_rad,
+                                                request.seed, {.backend = *backend}),
                        request, {arguments.trace, arguments.trace_rollouts});
   };
   factories.memory = [&](const protocol::SessionRequest& request) { return make_memory(*kind, request, *scenario); };

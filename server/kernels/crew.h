@@ -51,6 +51,13 @@ class Crew {
   const std::unique_ptr<Slot[]> slots_;
 };
 
+/// body(i) for i in [0, count) on this thread and on free ones of the crew; without a crew on this one alone, in order.
+template <typename Body>
+void share(Crew* crew, int count, const Body& body) noexcept {
+  if (crew != nullptr) return crew->run(count, body);
+  for (int i = 0; i < count; ++i) body(i);
+}
+
 /// A moment's rest in a loop that waits for another thread.
 inline void relax() noexcept {
 #if defined(__x86_64__)

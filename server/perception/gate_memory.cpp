@@ -29,7 +29,7 @@ GateMeasurement measurement_of(const HourglassFit& fit, double distance_m) {
 void DecodedField::evaluate(std::span<const float> x_W, std::span<const float> y_W, std::span<const float> z_W,
                             std::span<float> sdf_m) const noexcept {
   if (stand_in) return stand_in->evaluate(x_W, y_W, z_W, sdf_m);
-  kernels::decode(decoder, x_W, y_W, z_W, sdf_m);
+  decoder.decode(x_W, y_W, z_W, sdf_m);
 }
 
 struct GateRecords::Record {
@@ -90,7 +90,9 @@ void GateRecords::snapshot(std::uint32_t target, std::uint32_t next, MemorySnaps
   out->gates[1] = records_[next]->gate;
 }
 
-GateMemory::GateMemory(const model::Bundle& bundle, const Course& course) : bundle_(&bundle), records_(course) {
+GateMemory::GateMemory(const model::Bundle& bundle, std::shared_ptr<const kernels::PreparedDecoder> decoder,
+                       const Course& course)
+    : bundle_(&bundle), decoder_(std::move(decoder)), records_(course) {
   for (const Waypoint& waypoint : course.waypoints) shapes_.push_back(waypoint.gate);
 }
 
@@ -105,7 +107,7 @@ GateMemory::Outcome GateMemory::observe(std::uint32_t waypoint, const Encoding& 
   const model::Manifest& manifest = bundle_->manifest();
   if (!(encoding.validity >= manifest.validity_threshold)) return Outcome::kNotValid;
 
-  kernels::fold(bundle_->decoder(), encoding.latent, X_WC, &raw_.decoder);
+  kernels::fold(decoder_, encoding.latent, X_WC, &raw_.decoder);
   const bool has_center = bundle_->decoder().kind == model::DecoderKind::kHyper;
   const Eigen::Vector3d around_W =
       has_center ? Eigen::Vector3d(X_WC * encoding.center_C.cast<double>()) : expected_center_W(waypoint);
@@ -120,7 +122,8 @@ GateMemory::Outcome GateMemory::observe(std::uint32_t waypoint, const Encoding& 
 
   // The newest field, moved by what separates this frame's fit from the estimate over all frames.
   const Eigen::Isometry3d correction = *X_WG * measurement.X_WG.inverse();
-  kernels::fold(bundle_->decoder(), encoding.latent, correction * X_WC, &gate.field.decoder);
+  gate.field.decoder = raw_.decoder;
+  gate.field.decoder.place(correction * X_WC);
   return Outcome::kTaken;
 }
 

@@ -78,7 +78,10 @@ class GateRecords {
 /// Thread-safe: no (perception thread).   Real-time safe: bounded, allocation only when a gate is first seen.
 class GateMemory {
  public:
-  GateMemory(const model::Bundle& bundle, const Course& course);
+  /// @param bundle   outlives this
+  /// @param decoder  the bundle's, prepared by the back end that computes the fields
+  GateMemory(const model::Bundle& bundle, std::shared_ptr<const kernels::PreparedDecoder> decoder,
+             const Course& course);
 
   /// Where the encoder should look for this waypoint's gate: the belief once seen, the nominal waypoint before. World
   /// frame.
@@ -94,6 +97,7 @@ class GateMemory {
 
  private:
   const model::Bundle* bundle_;
+  std::shared_ptr<const kernels::PreparedDecoder> decoder_;
   std::vector<GateShape> shapes_;  ///< nominal, of each waypoint's gate
   GateRecords records_;
   DecodedField raw_;  ///< scratch: the newest latent as captured, before it is aligned with the estimate

@@ -29,9 +29,9 @@ struct Slab {
   float outside_m;  ///< clearance below which a crossing goes by outside the frame
 };
 
-/// `passed0` is not the row that is written. Conditions are combined without branches, so that the loop vectorises.
+/// `through0` is not the row that is written. Conditions are combined without branches, so that the loop vectorises.
 GATEFIELD_MULTIVERSION void crossings(const Slab& slab_in, const float* a0, const float* a1, const float* c0,
-                                      const float* c1, const float* passed0, int count, float* __restrict passed1,
+                                      const float* c1, const float* through0, int count, float* __restrict through1,
                                       float* __restrict crossing) noexcept {
   const Slab slab = slab_in;
   for (int m = 0; m < count; ++m) {
@@ -42,19 +42,19 @@ GATEFIELD_MULTIVERSION void crossings(const Slab& slab_in, const float* a0, cons
     const float slope = (c1[m] - c0[m]) / safe_span;
     const float at_plane = c0[m] - a0[m] * slope;
     const float least = at_plane - std::abs(slope) * slab.half_m;
-    const bool counts = (passed0[m] < 0.5f) & (forward | (backward & (at_plane > slab.outside_m)));
+    const bool counts = (through0[m] < 0.5f) & (forward | (backward & (at_plane > slab.outside_m)));
     const float before = crossing[m];
     const float crossed = (counts & (least < before)) ? least : before;
     const bool inside = (std::abs(a1[m]) < slab.half_m) & (c1[m] > slab.outside_m);
     crossing[m] = (inside & (c1[m] < crossed)) ? c1[m] : crossed;
-    passed1[m] = ((passed0[m] > 0.5f) | (forward & (at_plane > 0.0f))) ? 1.0f : 0.0f;
+    through1[m] = ((through0[m] > 0.5f) | (forward & (at_plane > 0.0f))) ? 1.0f : 0.0f;
   }
 }
 
 }  // namespace annotation
 
 void annotate(const PlanContext& context, const kernels::SampleBlock& states, const float* field, float* along,
-              float* passed, float* clearance, float* crossing_clearance) noexcept {
+              float* through, float* clearance, float* crossing_clearance) noexcept {
   const int stride = states.stride;
   const auto row = [stride](float* rows, int k) { return rows + static_cast<std::ptrdiff_t>(k) * stride; };
   for (int k = 0; k < states.steps; ++k)
@@ -66,19 +66,19 @@ void annotate(const PlanContext& context, const kernels::SampleBlock& states, co
   // All rollouts start at the same point: step 0 is compared with it, through rows that are overwritten in turn.
   const annotation::Slab slab{context.slab_half_m, -(context.frame_width_m + context.crossing_need_m)};
   constexpr int kChunk = 64;
-  float start_along[kChunk], start_clearance[kChunk], start_passed[kChunk];
+  float start_along[kChunk], start_clearance[kChunk], start_through[kChunk];
   std::fill_n(start_along, kChunk, context.start_along_m);
   std::fill_n(start_clearance, kChunk, context.start_clearance_m);
-  std::fill_n(start_passed, kChunk, 0.0f);
+  std::fill_n(start_through, kChunk, 0.0f);
   std::fill_n(crossing_clearance, stride, kNoCrossing);
   for (int m = 0; m < stride; m += kChunk) {
     const int count = std::min(kChunk, stride - m);
-    annotation::crossings(slab, start_along, row(along, 0) + m, start_clearance, row(clearance, 0) + m, start_passed,
-                          count, row(passed, 0) + m, crossing_clearance + m);
+    annotation::crossings(slab, start_along, row(along, 0) + m, start_clearance, row(clearance, 0) + m, start_through,
+                          count, row(through, 0) + m, crossing_clearance + m);
   }
   for (int k = 1; k < states.steps; ++k)
     annotation::crossings(slab, row(along, k - 1), row(along, k), row(clearance, k - 1), row(clearance, k),
-                          row(passed, k - 1), stride, row(passed, k), crossing_clearance);
+                          row(through, k - 1), stride, row(through, k), crossing_clearance);
 }
 
 }  // namespace gatefield::planner

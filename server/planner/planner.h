@@ -8,6 +8,7 @@
 #include "common/base/result.h"
 #include "common/geometry/gate.h"
 #include "common/vehicle/quadrotor.h"
+#include "server/kernels/backend.h"
 #include "server/kernels/crew.h"
 #include "server/planner/field.h"
 #include "server/planner/profile.h"
@@ -18,7 +19,8 @@ inline constexpr int kMaxSteps = 64;
 
 struct RolloutBatch;
 
-/// Looks at the rollouts of a step as they are weighed, block by block: for records and pictures, never in a race.
+/// Looks at the rollouts of a step as they are weighed, block by block: for records and pictures, never in a race,
+/// since all rollouts are decoded then, by one thread.
 class RolloutObserver {
  public:
   virtual ~RolloutObserver() = default;
@@ -35,15 +37,14 @@ struct PlanInput {
   GateBelief next;         ///< the one after it
   bool has_next = false;
   Eigen::Vector3d disturbance_W_m_s2 = Eigen::Vector3d::Zero();  ///< acceleration beyond the model's, over the horizon
-  GateBelief left;  ///< the gate passed last, without its field: its frame may still be in the way
-  bool has_left = false;
+  GateBelief passed_gate;  ///< the one passed last, without its field: its frame may still be in the way
+  bool has_passed_gate = false;
   bool hold = false;             ///< course done: stay near target.center_W instead of passing it
   double field_age_s = 0.0;      ///< age of target.field; ignored when there is none
   double speed_limit_m_s = 0.0;  ///< of the session; 0 = the profile's
   // For records; the plan does not depend on them.
   Stamp stamp{0};              ///< of `start`, the vehicle's clock
   std::uint32_t waypoint = 0;  ///< index of `target` in the course
-  RolloutObserver* observer = nullptr;
 };
 
 /// What comes out. Arrays hold `steps` entries.
@@ -58,27 +59,26 @@ struct Plan {
   bool ok = false;              ///< false: no rollout had a finite cost; the previous plan, shifted, is returned
 };
 
-/// How a step is computed; the plan is the same.
+/// How a step is computed.
 struct PlannerOptions {
-  kernels::Crew* crew =
-      nullptr;  ///< whose free threads help with the blocks of a step; null: none. Outlives the planner
-  /// Leaves the field out for rollouts that can no longer get weight. Costs that don't need the field come first; they
-  /// are a lower bound L of the whole cost J, since what the field adds is not negative (FieldUse). With J* the least
-  /// whole cost of a few good rollouts (those of least L in each block), a rollout with L > J* + lambda (20 + ln M) has
-  /// a weight below e^-20 / M of the best one's. All that are left out together have less than e^-20 = 2.1e-9 of the
-  /// whole weight, and the mean input moves by less than that part of its range: below single precision's rounding.
-  /// The others get the same cost, bit for bit. Not done where a term says FieldUse::kAny, with an adaptive temperature
-  /// (which isn't known beforehand), and for rollouts that come back through the gate's plane.
+  /// Whose free threads help with the blocks of a step; null: none. Outlives the planner. The plan is the same.
+  kernels::Crew* crew = nullptr;
+  /// Leaves the field out for rollouts that can no longer get weight (short_list.h). The plan is the same within single
+  /// precision's rounding.
   bool leave_out = true;
+  /// Who computes samples, rollouts and averages; null: the best of the machine. The field brings its own. Plans of two
+  /// back ends differ as far as their tolerances say.
+  const kernels::Backend* backend = nullptr;
 };
 
-/// MPPI over thrust rates (paper, "Vision Guided Racing Controller via MPPI").
+/// Plans thrust rates. The one that planning servers have is MPPI (mppi.h); create() makes it.
 /// Thread-safe: no, one instance per session.   Real-time safe: plan() yes (no allocation, lock or system call, but for
 /// what Crew says), in threads that called prepare_thread(); others allocate their workspace in their first step.
-/// The same seed and inputs give the same plan, bit for bit, whatever the number of threads (on one instruction set).
+/// The same seed and inputs give the same plan, bit for bit, whatever the number of threads and whatever planners on
+/// other back ends do (on one back end).
 class Planner {
  public:
-  /// @param gate  nominal shape of the course's gates
+  /// @param gate            nominal shape of the course's gates
   /// @param cone_angle_rad  of the hourglass that the field was trained with (model manifest)
   static Result<std::unique_ptr<Planner>> create(const Profile& profile, const QuadrotorModel& model,
                                                  const GateShape& gate, double cone_angle_rad, std::uint64_t seed,
@@ -90,6 +90,9 @@ class Planner {
   /// Forgets the warm start.
   virtual void reset() noexcept = 0;
   virtual const Profile& profile() const noexcept = 0;
+  /// Shows the rollouts of every later step to `observer`; null: to nobody, as at first. A planner that rolls nothing
+  /// out has nothing to show.
+  virtual void watch(RolloutObserver* /*observer*/) noexcept {}
 };
 
 }  // namespace gatefield::planner

@@ -2,13 +2,11 @@
 
 #include <string>
 
-#include "server/planner/profile_fields.h"
-
 namespace gatefield::planner {
 
 Status validate(const Profile& profile) {
   const auto wrong = [](const std::string& field, const std::string& value, const std::string& expected) {
-    return Error{"profile." + field + " is " + value + ", expected " + expected};
+    return Error::invalid("profile." + field, value, expected);
   };
   if (profile.name.empty() || profile.name.size() > 63)
     return wrong("name", "'" + profile.name + "'", "1 to 63 characters");

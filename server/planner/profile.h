@@ -12,25 +12,25 @@ enum class ProgressMetric {
   kDistance,         ///< ours: telescopes to the distance left, so that speed is worth the same everywhere
 };
 
-/// Everything that shapes the planner. One file under deploy/config/profiles is one of these; the schema with the same
-/// names is server/planner/profile.proto. Weights are per rollout step unless said otherwise, costs are dimensionless.
+/// Everything that shapes the planner. One file under deploy/config/profiles is one of these, with these names. Weights
+/// are per rollout step unless said otherwise, costs are dimensionless. Ranges stand in the tables below.
 struct Profile {
   std::string name = "race";
 
   // Sampling (paper, Table "parameters used in simulation")
-  int samples = 2048;                                 ///< M, 16 to 16384, multiple of 16
-  int steps = 20;                                     ///< K, 2 to 64
-  double step_s = 0.03;                               ///< dt, 0.005 to 0.2
-  double control_rate_hz = 100;                       ///< plans a second, 5 to 500
+  int samples = 2048;                                 ///< M, a multiple of 16
+  int steps = 20;                                     ///< K
+  double step_s = 0.03;                               ///< dt
+  double control_rate_hz = 100;                       ///< plans a second
   double thrust_rate_limit_n_s = 30.0;                ///< per rotor; the vehicle's own limit holds as well
   std::array<double, 4> noise_sigma_n_s{3, 3, 3, 9};  ///< collective, roll, pitch, yaw in mixer space
   double noise_correlation = 0.0;  ///< between neighbouring steps; 0: white. The spread of each step stays the same
 
   // Model
   double disturbance_time_s = 0.4;  ///< over which the acceleration beyond the model is averaged; 0: not estimated
-
-  bool predict_delay = true;  ///< plan from where the vehicle will be when the plan can begin to hold; off: from where
-                              ///< it was measured, and the first part of each plan comes too late to be flown
+  /// Plans from where the vehicle will be when the plan can begin to hold; off: from where it was measured, and the
+  /// first part of each plan comes too late to be flown.
+  bool predict_delay = true;
 
   // Temperature: fixed when target_effective_fraction is 0, else found each step so that 1 / sum w^2 is this part of M
   double temperature = 1.0;
@@ -41,8 +41,8 @@ struct Profile {
   // Progress (paper, Eq. "gate_progress")
   double progress_weight = 10.0;
   ProgressMetric progress_metric = ProgressMetric::kDistance;
-  bool waypoint_from_field =
-      true;  ///< the waypoint is the opening's centre as the field shows it; off: the nominal one, in every cost
+  /// The waypoint is the opening's centre as the field shows it; off: the nominal one, in every cost.
+  bool waypoint_from_field = true;
   bool switch_in_rollout = true;  ///< beyond the opening, a rollout heads for the next gate
   bool funnel = true;             ///< outside the cone first to a point in front of the gate
   double funnel_half_angle_rad = 0.70;
@@ -79,7 +79,82 @@ struct Profile {
   double unseen_speed_factor = 0.6;      ///< of the speed limit, near where a gate should be that has not been seen
 };
 
-/// Says which field is wrong, its value and the range.
+/// What a file may say: a field's name in it, the member, and its range, both ends in. Reading a file and checking
+/// ranges both walk these tables; a member that stands in none of them can't be set.
+struct NumberField {
+  const char* name;
+  double Profile::*member;
+  double min;
+  double max;
+};
+struct IntegerField {
+  const char* name;
+  int Profile::*member;
+  int min;
+  int max;
+};
+struct SwitchField {
+  const char* name;
+  bool Profile::*member;
+};
+struct MetricName {
+  const char* name;
+  ProgressMetric value;
+};
+
+inline constexpr IntegerField kIntegerFields[] = {
+    {"samples", &Profile::samples, 16, 16384},
+    {"steps", &Profile::steps, 2, 64},
+};
+
+inline constexpr SwitchField kSwitchFields[] = {
+    {"waypoint_from_field", &Profile::waypoint_from_field},
+    {"switch_in_rollout", &Profile::switch_in_rollout},
+    {"funnel", &Profile::funnel},
+    {"predict_delay", &Profile::predict_delay},
+};
+
+inline constexpr NumberField kNumberFields[] = {
+    {"step_s", &Profile::step_s, 0.005, 0.2},
+    {"control_rate_hz", &Profile::control_rate_hz, 5, 500},
+    {"thrust_rate_limit_n_s", &Profile::thrust_rate_limit_n_s, 0.1, 1e5},
+    {"noise_correlation", &Profile::noise_correlation, 0, 0.95},
+    {"disturbance_time_s", &Profile::disturbance_time_s, 0, 10},
+    {"temperature", &Profile::temperature, 1e-6, 1e6},
+    {"target_effective_fraction", &Profile::target_effective_fraction, 0, 1},
+    {"temperature_min", &Profile::temperature_min, 1e-6, 1e6},
+    {"temperature_max", &Profile::temperature_max, 1e-6, 1e6},
+    {"progress_weight", &Profile::progress_weight, 0, 1e6},
+    {"funnel_half_angle_rad", &Profile::funnel_half_angle_rad, 0.1, 1.5},
+    {"funnel_distance_m", &Profile::funnel_distance_m, 0, 10},
+    {"visibility_weight", &Profile::visibility_weight, 0, 1e6},
+    {"look_ahead_m", &Profile::look_ahead_m, 0, 10},
+    {"field_weight", &Profile::field_weight, 0, 1e6},
+    {"field_clearance_m", &Profile::field_clearance_m, 0, 10},
+    {"crossing_weight", &Profile::crossing_weight, 0, 1e6},
+    {"crossing_margin_m", &Profile::crossing_margin_m, 0, 2},
+    {"speed_weight", &Profile::speed_weight, 0, 1e6},
+    {"speed_limit_m_s", &Profile::speed_limit_m_s, 0.5, 50},
+    {"body_rate_weight", &Profile::body_rate_weight, 0, 1e6},
+    {"body_rate_limit_rad_s", &Profile::body_rate_limit_rad_s, 0.5, 100},
+    {"altitude_weight", &Profile::altitude_weight, 0, 1e6},
+    {"altitude_min_m", &Profile::altitude_min_m, -1000, 10000},
+    {"altitude_max_m", &Profile::altitude_max_m, -1000, 10000},
+    {"field_fresh_s", &Profile::field_fresh_s, 0, 60},
+    {"field_stale_s", &Profile::field_stale_s, 0, 120},
+    {"stale_speed_factor", &Profile::stale_speed_factor, 0.05, 1},
+    {"stale_extra_clearance_m", &Profile::stale_extra_clearance_m, 0, 1},
+    {"unseen_speed_factor", &Profile::unseen_speed_factor, 0.05, 1},
+    {"near_m", &Profile::near_m, 0, 50},
+};
+
+/// Words of the field progress_metric. Beside these tables a file has `name` and `noise_sigma_n_s` (four numbers).
+inline constexpr MetricName kProgressMetrics[] = {
+    {"SQUARED_DISTANCE", ProgressMetric::kSquaredDistance},
+    {"DISTANCE", ProgressMetric::kDistance},
+};
+
+/// Says which field is wrong, its value and the range. Field paths begin with "profile.".
 Status validate(const Profile& profile);
 
 }  // namespace gatefield::planner

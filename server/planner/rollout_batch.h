@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 
 #include "common/geometry/gate.h"
 #include "common/vehicle/quadrotor.h"
@@ -10,6 +11,9 @@
 
 namespace gatefield::planner {
 
+/// Rollouts per block: states, inputs and fields of a block stay in a core's second-level cache.
+inline constexpr int kBlock = 128;
+
 /// One block of rollouts with what the costs look at. Rows are [stride] floats, one per rollout; row k is the state at
 /// the end of step k. Non-owning.
 struct RolloutBatch {
@@ -18,15 +22,15 @@ struct RolloutBatch {
   int samples = 0;
   int stride = 0;
   const float* along = nullptr;       ///< [K] signed distance to the target gate's plane, negative before it, m
-  const float* passed = nullptr;      ///< [K] 1 once the rollout has gone through the target's opening, else 0
+  const float* through = nullptr;     ///< [K] 1 once the rollout has gone through the target's opening, else 0
   const float* field = nullptr;       ///< [K] Gate-SDF of the target, m; null when there is no field
   const float* next_field = nullptr;  ///< [K] Gate-SDF of the gate after it, m; null when there is none
-  const float* crossing_clearance =
-      nullptr;  ///< least distance from the centre of mass to the frame's inner edge while crossing
-                ///< the gate's slab, m; kNoCrossing when the plane was not crossed
+  /// Least distance from the centre of mass to the frame's inner edge while crossing the gate's slab, m; kNoCrossing
+  /// when the plane was not crossed. One row.
+  const float* crossing_clearance = nullptr;
 
   const float* along_row(int k) const noexcept { return along + static_cast<std::ptrdiff_t>(k) * stride; }
-  const float* passed_row(int k) const noexcept { return passed + static_cast<std::ptrdiff_t>(k) * stride; }
+  const float* through_row(int k) const noexcept { return through + static_cast<std::ptrdiff_t>(k) * stride; }
   const float* field_row(int k) const noexcept { return field + static_cast<std::ptrdiff_t>(k) * stride; }
   const float* next_field_row(int k) const noexcept { return next_field + static_cast<std::ptrdiff_t>(k) * stride; }
 };
@@ -38,8 +42,8 @@ struct PlanContext {
   Guidance target;  ///< where to go before the opening
   Guidance next;    ///< and beyond it
   bool has_next = false;
-  Guidance left;  ///< where the gate passed last is, when it is near
-  bool has_left = false;
+  Guidance passed_gate;  ///< where the gate is that the vehicle passed last, when it is near
+  bool has_passed_gate = false;
   bool hold = false;
   Eigen::Vector3f start_p_WB = Eigen::Vector3f::Zero();
   float start_along_m = 0.0f;

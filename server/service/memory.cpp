@@ -5,7 +5,9 @@ namespace {
 
 class GateMemoryAdapter final : public Memory {
  public:
-  GateMemoryAdapter(const model::Bundle& bundle, const Course& course) : memory_(bundle, course) {}
+  GateMemoryAdapter(const model::Bundle& bundle, std::shared_ptr<const kernels::PreparedDecoder> decoder,
+                    const Course& course)
+      : memory_(bundle, std::move(decoder), course) {}
   Eigen::Vector3d expected_center_W(std::uint32_t waypoint) const noexcept override {
     return memory_.expected_center_W(waypoint);
   }
@@ -24,8 +26,10 @@ class GateMemoryAdapter final : public Memory {
 
 }  // namespace
 
-std::unique_ptr<Memory> make_memory(const model::Bundle& bundle, const Course& course) {
-  return std::make_unique<GateMemoryAdapter>(bundle, course);
+std::unique_ptr<Memory> make_memory(const model::Bundle& bundle,
+                                    std::shared_ptr<const kernels::PreparedDecoder> decoder,
+                                    const Course& course) {
+  return std::make_unique<GateMemoryAdapter>(bundle, std::move(decoder), course);
 }
 
 }  // namespace gatefield::service

@@ -117,13 +117,13 @@ Session::Answer Session::step(Stamp now) noexcept {
   // Between now and the plan's start the vehicle may fly through the gate: then the plan is for the gate after it. Only
   // what was measured counts as passed, though.
   ahead_ = progress_;
-  input.left = left_;
-  input.has_left = have_left_;
+  input.passed_gate = left_;
+  input.has_passed_gate = have_left_;
   const planner::GateBelief before = gates_.belief(ahead_.target());
   if (ahead_.update(input.start.p_WB, before)) {
-    input.left = before;
-    input.left.field = nullptr;
-    input.has_left = true;
+    input.passed_gate = before;
+    input.passed_gate.field = nullptr;
+    input.has_passed_gate = true;
   }
 
   input.elapsed_s = have_plan_ ? std::max(0.0, seconds(plan_start - last_plan_start_)) : 0.0;

@@ -27,8 +27,10 @@ class Memory {
   virtual void snapshot(std::uint32_t target, std::uint32_t next, perception::MemorySnapshot* out) const = 0;
 };
 
-/// The product's memory.
-std::unique_ptr<Memory> make_memory(const model::Bundle& bundle, const Course& course);
+/// The product's memory. See perception::GateMemory for the parameters.
+std::unique_ptr<Memory> make_memory(const model::Bundle& bundle,
+                                    std::shared_ptr<const kernels::PreparedDecoder> decoder,
+                                    const Course& course);
 
 /// Float metres from what came over the wire. Values that are not finite, nearer than the camera's least depth or
 /// farther than its largest become 0 (no return).

@@ -12,6 +12,7 @@
 
 #include "common/config/frame.h"
 #include "common/model/bundle.h"
+#include "server/kernels/backend.h"
 #include "server/perception/depth_encoder.h"
 #include "server/perception/gate_memory.h"
 #include "server/perception/hourglass_fit.h"
@@ -68,7 +69,7 @@ int run(const std::filesystem::path& frame_file, const std::filesystem::path& mo
   if (!encoding) return fail("the network finds nothing to look at in " + frame->depth_file.string());
 
   perception::DecodedField field;
-  kernels::fold(bundle->decoder(), encoding->latent, frame->X_WC, &field.decoder);
+  kernels::fold(kernels::best_backend().prepare(bundle->decoder()), encoding->latent, frame->X_WC, &field.decoder);
   GateShape shape;
   shape.inner_half_m = bundle->manifest().gate_inner_half_m;
   shape.outer_half_m = std::max(shape.outer_half_m, 1.2 * shape.inner_half_m);

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "common/geometry/camera.h"
+#include "server/kernels/backend.h"
 #include "server/planner/course_progress.h"
 
 namespace gatefield::bench {
@@ -63,10 +64,9 @@ std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profil
   const CameraModel camera = default_camera();
   const QuadrotorModel model;
   auto encoder = perception::DepthEncoder::create(bundle);
-  auto planner = planner::Planner::create(profile, model, course.waypoints[0].gate, bundle.manifest().cone_angle_rad, 1,
-                                          {nullptr, true});
+  auto planner = planner::Planner::create(profile, model, course.waypoints[0].gate, bundle.manifest().cone_angle_rad, 1);
   if (!encoder || !planner) return {};
-  perception::GateMemory memory(bundle, course);
+  perception::GateMemory memory(bundle, kernels::best_backend().prepare(bundle.decoder()), course);
   planner::CourseProgress progress(course);
 
   QuadrotorState state;

@@ -8,10 +8,7 @@
 #include <vector>
 
 #include "common/base/random.h"
-#include "server/kernels/average/average.h"
-#include "server/kernels/isa.h"
-#include "server/kernels/noise/noise.h"
-#include "server/kernels/rollout/rollout.h"
+#include "server/kernels/backend.h"
 #include "tests/bench/register.h"
 
 namespace gatefield::kernels {
@@ -24,7 +21,7 @@ constexpr NoiseShape kShape{{3, 3, 3, 9}, {{{1, -1, -1, 1}, {1, 1, 1, 1}, {1, 1,
 
 /// Inputs of all samples and the states of one block, as the planner keeps them.
 struct Batch {
-  explicit Batch(int count)
+  Batch(const Backend& backend, int count)
       : samples(count),
         inputs(static_cast<std::size_t>(count) * kSteps * kInputs),
         states(static_cast<std::size_t>(kBlock) * kSteps * kStateChannels),
@@ -34,7 +31,7 @@ struct Batch {
     Random random(1);
     for (float& J : cost) J = static_cast<float>(random.uniform(0.0, 100.0));
     for (int block = 0; block < count / kBlock; ++block)
-      sample(kShape, 1, 1, block * kBlock, mean.data(), inputs_of(block));
+      backend.sample(kShape, 1, 1, block * kBlock, mean.data(), inputs_of(block));
   }
 
   SampleBlock inputs_of(int block) {
@@ -54,13 +51,13 @@ QuadrotorState hovering(const QuadrotorModel& model) {
   return start;
 }
 
-void bench_noise(benchmark::State& state, int samples) {
-  Batch batch(samples);
+void bench_noise(benchmark::State& state, const Backend& backend, int samples) {
+  Batch batch(backend, samples);
   std::uint64_t step = 0;
   for (auto _ : state) {
     ++step;
     for (int block = 0; block < samples / kBlock; ++block) {
-      sample(kShape, 1, step, block * kBlock, batch.mean.data(), batch.inputs_of(block));
+      backend.sample(kShape, 1, step, block * kBlock, batch.mean.data(), batch.inputs_of(block));
     }
     benchmark::ClobberMemory();
   }
@@ -68,62 +65,55 @@ void bench_noise(benchmark::State& state, int samples) {
       benchmark::Counter(4.0 * kSteps * samples, benchmark::Counter::kIsIterationInvariantRate);
 }
 
-void bench_rollout(benchmark::State& state, int samples) {
-  Batch batch(samples);
+void bench_rollout(benchmark::State& state, const Backend& backend, int samples) {
+  Batch batch(backend, samples);
   const QuadrotorModel model;
   const QuadrotorState start = hovering(model);
   for (auto _ : state) {
     for (int block = 0; block < samples / kBlock; ++block) {
-      rollout(model, start, kDt_s, batch.inputs_of(block), batch.states_of_block());
+      backend.rollout(model, start, kDt_s, batch.inputs_of(block), batch.states_of_block());
     }
     benchmark::ClobberMemory();
   }
   state.counters["steps/s"] = benchmark::Counter(1.0 * kSteps * samples, benchmark::Counter::kIsIterationInvariantRate);
 }
 
-void bench_weights(benchmark::State& state, int samples) {
-  Batch batch(samples);
+void bench_weights(benchmark::State& state, const Backend& backend, int samples) {
+  Batch batch(backend, samples);
   for (auto _ : state) {
-    const double temperature = temperature_for(batch.cost, 50, 1e-2, 1e3);
-    benchmark::DoNotOptimize(softmax_weights(batch.cost, temperature, batch.weight));
+    const double temperature = backend.temperature_for(batch.cost, 50, 1e-2, 1e3);
+    benchmark::DoNotOptimize(backend.softmax_weights(batch.cost, temperature, batch.weight));
   }
 }
 
-void bench_average(benchmark::State& state, int samples) {
-  Batch batch(samples);
-  softmax_weights(batch.cost, 5.0, batch.weight);
+void bench_average(benchmark::State& state, const Backend& backend, int samples) {
+  Batch batch(backend, samples);
+  backend.softmax_weights(batch.cost, 5.0, batch.weight);
   std::vector<double> mean(kSteps * kInputs);
   for (auto _ : state) {
     std::fill(mean.begin(), mean.end(), 0.0);
     for (int block = 0; block < samples / kBlock; ++block) {
-      accumulate_average({batch.weight.data() + block * kBlock, kBlock}, batch.inputs_of(block), mean.data());
+      backend.accumulate_average({batch.weight.data() + block * kBlock, kBlock}, batch.inputs_of(block), mean.data());
     }
     benchmark::DoNotOptimize(mean.data());
   }
 }
 
-template <typename Function>
-void add(const std::string& name, const std::string& isa, Function function) {
-  benchmark::RegisterBenchmark((name + "/" + isa).c_str(), [isa, function](benchmark::State& state) {
-    if (const Status status = select_isa(isa); !status.ok()) {
-      state.SkipWithError(status.error().c_str());
-      return;
-    }
-    function(state);
-  })->Unit(benchmark::kMillisecond);
-}
-
 }  // namespace
 
 void register_all_kernels() {
-  for (const std::string& isa : available_isas()) {
+  for (const Backend* backend : available_backends()) {
     for (const int samples : {2048, 8192}) {
-      const std::string size = "/M=" + std::to_string(samples);
-      add("kernel/noise" + size, isa, [=](benchmark::State& state) { bench_noise(state, samples); });
-      add("kernel/rollout" + size, isa, [=](benchmark::State& state) { bench_rollout(state, samples); });
-      add("kernel/temperature_and_weights" + size, isa,
-          [=](benchmark::State& state) { bench_weights(state, samples); });
-      add("kernel/average" + size, isa, [=](benchmark::State& state) { bench_average(state, samples); });
+      const auto add = [&](const std::string& name, void (*run)(benchmark::State&, const Backend&, int)) {
+        const std::string full = name + "/M=" + std::to_string(samples) + "/" + std::string(backend->name());
+        benchmark::RegisterBenchmark(full.c_str(), [=](benchmark::State& state) {
+          run(state, *backend, samples);
+        })->Unit(benchmark::kMillisecond);
+      };
+      add("kernel/noise", bench_noise);
+      add("kernel/rollout", bench_rollout);
+      add("kernel/temperature_and_weights", bench_weights);
+      add("kernel/average", bench_average);
     }
   }
 }

@@ -22,7 +22,7 @@
 
 #include "common/base/random.h"
 #include "common/geometry/camera.h"
-#include "server/kernels/isa.h"
+#include "server/kernels/backend.h"
 #include "server/perception/depth_encoder.h"
 #include "tests/bench/flight.h"
 #include "tests/bench/register.h"
@@ -36,12 +36,13 @@ constexpr std::size_t kChunk = 4096;
 /// What the first layer sees, [query][input].
 std::vector<float> encoded(const DecoderCase& which) {
   const kernels::FoldedDecoder& d = which.folded;
+  const int octaves = d.prepared->hyper() ? 0 : which.weights->encoding_octaves;
   std::vector<float> rows;
   for (std::size_t i = 0; i < kQueries; ++i) {
     const Eigen::Vector3f p = d.R_CW * Eigen::Vector3f(which.x[i], which.y[i], which.z[i]) + d.t_CW;
     rows.insert(rows.end(), p.data(), p.data() + 3);
-    for (int octave = 0; octave < d.encoding_octaves; ++octave) {
-      const double factor = std::numbers::pi * std::exp2(octave) * d.inverse_scale;
+    for (int octave = 0; octave < octaves; ++octave) {
+      const double factor = std::numbers::pi * std::exp2(octave) / which.weights->position_scale_m;
       for (int axis = 0; axis < 3; ++axis) rows.push_back(static_cast<float>(std::sin(factor * p[axis])));
       for (int axis = 0; axis < 3; ++axis) rows.push_back(static_cast<float>(std::cos(factor * p[axis])));
     }
@@ -66,14 +67,15 @@ void finish(benchmark::State& state, const DecoderCase& which, const std::vector
   state.counters["worst_m"] = worst(which, sdf);
 }
 
-void ours(benchmark::State& state, const DecoderCase& which, const std::string& isa) {
-  if (const Status status = kernels::select_isa(isa); !status) return state.SkipWithError(status.error().c_str());
+void ours(benchmark::State& state, const DecoderCase& which, const kernels::Backend& backend) {
+  kernels::FoldedDecoder folded;
+  kernels::fold(backend.prepare(*which.weights), which.latent, Eigen::Isometry3d::Identity(), &folded);
   constexpr std::size_t kBlock = 128;
   std::vector<float> sdf(kQueries);
   for (auto _ : state) {
     for (std::size_t n = 0; n < kQueries; n += kBlock)
-      kernels::decode(which.folded, {which.x.data() + n, kBlock}, {which.y.data() + n, kBlock},
-                      {which.z.data() + n, kBlock}, {sdf.data() + n, kBlock});
+      folded.decode({which.x.data() + n, kBlock}, {which.y.data() + n, kBlock}, {which.z.data() + n, kBlock},
+                    {sdf.data() + n, kBlock});
     benchmark::ClobberMemory();
   }
   finish(state, which, sdf);
@@ -83,7 +85,7 @@ void eigen(benchmark::State& state, const DecoderCase& which) {
   using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const std::vector<float> rows = encoded(which);
   std::vector<float> sdf(kQueries);
-  const auto& layers = which.folded.layers;
+  const auto& layers = which.layers;
   for (auto _ : state) {
     for (std::size_t n = 0; n < kQueries; n += kChunk) {
       Eigen::MatrixXf a =
@@ -109,7 +111,7 @@ void onednn(benchmark::State& state, const DecoderCase& which, dnnl::memory::dat
     dnnl::engine engine(dnnl::engine::kind::cpu, 0);
     dnnl::stream stream(engine);
     const auto rows = encoded(which);
-    const auto& layers = which.folded.layers;
+    const auto& layers = which.layers;
     const auto dim = [](auto value) { return static_cast<memory::dim>(value); };
     const auto chunk = dim(kChunk);
     struct Step {
@@ -173,7 +175,7 @@ void torch(benchmark::State& state, const DecoderCase& which, at::ScalarType typ
   at::set_num_threads(1);
   const at::NoGradGuard no_gradients;
   const auto rows = encoded(which);
-  const auto& layers = which.folded.layers;
+  const auto& layers = which.layers;
   std::vector<at::Tensor> weights, biases;
   for (const model::Dense& layer : layers) {
     weights.push_back(
@@ -231,14 +233,20 @@ const std::vector<DecoderCase>& decoder_cases() {
       }
       DecoderCase which;
       which.name = name;
-      kernels::fold(bundle.decoder(), encoding->latent, Eigen::Isometry3d::Identity(), &which.folded);
+      which.weights = &bundle.decoder();
+      which.latent.assign(encoding->latent.begin(), encoding->latent.end());
+      const auto prepared = kernels::best_backend().prepare(bundle.decoder());
+      kernels::fold(prepared, which.latent, Eigen::Isometry3d::Identity(), &which.folded);
+      which.layers.push_back(which.folded.first);
+      if (!prepared->hyper()) which.layers[0].weight = prepared->point_columns().weight;
+      which.layers.insert(which.layers.end(), prepared->inner().begin(), prepared->inner().end());
       Random random(1);
       for (std::size_t i = 0; i < kQueries; ++i) {
         which.x.push_back(static_cast<float>(random.uniform(-2, 2)));
         which.y.push_back(static_cast<float>(random.uniform(-2, 2)));
         which.z.push_back(static_cast<float>(random.uniform(0.5, 6)));
       }
-      for (const model::Dense& layer : which.folded.layers)
+      for (const model::Dense& layer : which.layers)
         which.products_per_query += static_cast<double>(layer.weight.size());
       made.push_back(std::move(which));
     }
@@ -254,8 +262,9 @@ void register_decoders() {
         run(s, which);
       })->Unit(benchmark::kMillisecond);
     };
-    for (const std::string& isa : kernels::available_isas())
-      add("ours_" + isa, [isa](benchmark::State& s, const DecoderCase& w) { ours(s, w, isa); });
+    for (const kernels::Backend* backend : kernels::available_backends())
+      add("ours_" + std::string(backend->name()),
+          [backend](benchmark::State& s, const DecoderCase& w) { ours(s, w, *backend); });
     add("eigen_fp32", eigen);
 #if GATEFIELD_BENCH_DNNL
     add("onednn_fp32", [](benchmark::State& s, const DecoderCase& w) { onednn(s, w, dnnl::memory::data_type::f32); });

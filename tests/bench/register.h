@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/model/bundle.h"
-#include "server/kernels/decoder/decoder.h"
+#include "server/kernels/backend.h"
 
 namespace gatefield::bench {
 
@@ -18,10 +18,13 @@ void register_encoders();
 /// deploy/models/<name>; the program ends with a sentence when it can't be read.
 const model::Bundle& shipped(const std::string& name);
 
-/// A decoder with a latent folded in, and points around its gate. Worlds' axes are the camera's.
+/// A decoder, a latent, and points around its gate. Worlds' axes are the camera's.
 struct DecoderCase {
   std::string name;
-  kernels::FoldedDecoder folded;
+  const model::DecoderWeights* weights = nullptr;
+  std::vector<float> latent;
+  kernels::FoldedDecoder folded;     ///< on the best back end
+  std::vector<model::Dense> layers;  ///< the same plainly, the first with all that it multiplies
   std::vector<float> x, y, z;
   double products_per_query = 0.0;
 };

@@ -8,7 +8,7 @@
 #include <map>
 #include <thread>
 
-#include "server/kernels/isa.h"
+#include "server/kernels/backend.h"
 #include "server/planner/profile_file.h"
 #include "server/service/workers.h"
 #include "tests/bench/flight.h"
@@ -33,9 +33,25 @@ const std::vector<RecordedStep>& flight(const std::string& model, const std::str
   static std::map<std::string, std::vector<RecordedStep>> flights;
   auto& steps = flights[model + "/" + name];
   if (steps.empty()) {
-    if (const Status status = kernels::select_isa("auto"); !status) std::exit(2);
     steps = fly(shipped(model), profile(name), 12.0);
     std::erase_if(steps, [](const RecordedStep& step) { return step.input.target.field == nullptr; });
+  }
+  return steps;
+}
+
+/// The same steps with fields that another back end computes.
+std::vector<RecordedStep> on(const kernels::Backend& backend, const model::Bundle& bundle,
+                             const std::vector<RecordedStep>& flown) {
+  const auto decoder = backend.prepare(bundle.decoder());
+  std::vector<RecordedStep> steps = flown;
+  for (RecordedStep& step : steps) {
+    auto memory = std::make_shared<perception::MemorySnapshot>(*step.memory);
+    for (const auto& [belief, gate] : {std::pair{&step.input.target, 0u}, std::pair{&step.input.next, 1u}}) {
+      if (belief->field == nullptr) continue;
+      kernels::adopt(decoder, &memory->gates[gate].field.decoder);
+      belief->field = &memory->gates[gate].field;
+    }
+    step.memory = std::move(memory);
   }
   return steps;
 }
@@ -56,22 +72,24 @@ void percentiles(benchmark::State& state, const std::vector<double>& values_s) {
 constexpr std::size_t kSteps = 100;
 
 struct StepCase {
-  std::string model, profile_name, isa;
+  std::string model, profile_name;
+  const kernels::Backend* backend;
   int samples, steps, threads;
   bool leave_out;
 };
 
 void step(benchmark::State& state, const StepCase& which) {
-  const std::vector<RecordedStep>& flown = flight(which.model, which.profile_name);
+  const std::vector<RecordedStep> flown =
+      on(*which.backend, shipped(which.model), flight(which.model, which.profile_name));
   if (flown.empty()) return state.SkipWithError("no gate was seen in the recorded flight");
-  if (const Status status = kernels::select_isa(which.isa); !status) return state.SkipWithError(status.error().c_str());
   planner::Profile shape = profile(which.profile_name);
   shape.samples = which.samples;
   shape.steps = which.steps;
   kernels::Crew crew(1);
   const test::CrewThreads others(&crew, which.threads - 1);
-  auto planner = planner::Planner::create(shape, QuadrotorModel{}, GateShape{},
-                                          shipped(which.model).manifest().cone_angle_rad, 1, {&crew, which.leave_out});
+  auto planner =
+      planner::Planner::create(shape, QuadrotorModel{}, GateShape{}, shipped(which.model).manifest().cone_angle_rad, 1,
+                               {.crew = &crew, .leave_out = which.leave_out, .backend = which.backend});
   if (!planner) return state.SkipWithError(planner.error().c_str());
   planner::Plan plan;
   std::vector<double> times_s;
@@ -132,7 +150,6 @@ void vehicles(benchmark::State& state, int count) {
   using namespace std::chrono_literals;
   const std::vector<RecordedStep>& flown = flight("race", "race");
   if (flown.empty()) return state.SkipWithError("no gate was seen in the recorded flight");
-  if (const Status status = kernels::select_isa("auto"); !status) return state.SkipWithError(status.error().c_str());
   planner::Profile shape = profile("race");
   shape.samples = 1024;
   const MonotonicClock clock;
@@ -151,7 +168,7 @@ void vehicles(benchmark::State& state, int count) {
                                         {moment.input.next.center_W, moment.input.next.axis_W}};
       parts.id = static_cast<std::uint64_t>(i) + 1;
       auto planner =
-          planner::Planner::create(shape, parts.request.quadrotor, {}, kGuideConeAngle_rad, parts.id, {&crew, true});
+          planner::Planner::create(shape, parts.request.quadrotor, {}, kGuideConeAngle_rad, parts.id, {.crew = &crew});
       if (!planner) return state.SkipWithError(planner.error().c_str());
       parts.planner = std::move(planner).value();
       parts.memory = std::make_unique<RecordedMemory>(moment.memory.get(), parts.request.course);
@@ -210,13 +227,13 @@ void register_steps() {
   const auto add = [](const StepCase& which) {
     const std::string name = "step/" + which.model + "/" + which.profile_name + "/M=" + std::to_string(which.samples) +
                              "/K=" + std::to_string(which.steps) + "/threads=" + std::to_string(which.threads) + "/" +
-                             which.isa + (which.leave_out ? "" : "/all_decoded");
+                             std::string(which.backend->name()) + (which.leave_out ? "" : "/all_decoded");
     benchmark::RegisterBenchmark(name.c_str(), [which](benchmark::State& s) { step(s, which); })
         ->UseManualTime()
         ->Iterations(kSteps)
         ->Unit(benchmark::kMillisecond);
   };
-  const std::string best = kernels::available_isas().front();
+  const kernels::Backend* const best = &kernels::best_backend();
   for (const bool leave_out : {true, false}) {
     for (const int threads : {1, 2}) {
       for (const int samples : {512, 1024, 2048, 4096, 8192, 16384})
@@ -225,10 +242,11 @@ void register_steps() {
       for (const int samples : {1024, 8192}) add({"paper", "race", best, samples, 20, threads, leave_out});
     }
     for (const int steps : {10, 30, 40}) add({"race", "race", best, 2048, steps, 1, leave_out});
-    for (const std::string& isa : kernels::available_isas())
-      if (isa != best) add({"race", "race", isa, 2048, 20, 1, leave_out});
+    for (const kernels::Backend* backend : kernels::available_backends())
+      if (backend != best) add({"race", "race", backend, 2048, 20, 1, leave_out});
   }
-  if (kernels::available(kernels::Arithmetic::kInt16)) add({"race", "race", "avx3_int16", 8192, 20, 1, true});
+  if (const kernels::Backend* int16 = kernels::find_backend("avx3_int16"); int16 != nullptr && int16->supported())
+    add({"race", "race", int16, 8192, 20, 1, true});
 }
 
 void register_vehicles() {

@@ -12,7 +12,7 @@
 
 #include "common/base/random.h"
 #include "common/model/bundle.h"
-#include "server/kernels/decoder/decoder.h"
+#include "server/kernels/backend.h"
 #include "tests/fuzz/bundle_input.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
@@ -208,9 +208,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto latent_n = static_cast<std::size_t>(bundle->decoder().latent_size);
   std::vector<float> latent(latent_n, 0.25f), x{0.0f, 1.0f, -3.0f}, y{0.5f, -1.0f, 2.0f}, z{1.0f, 2.0f, 8.0f}, sdf(3),
       same(3);
-  kernels::fold(bundle->decoder(), latent, Eigen::Isometry3d::Identity(), &folded);
+  kernels::fold(kernels::best_backend().prepare(bundle->decoder()), latent, Eigen::Isometry3d::Identity(), &folded);
   kernels::decode_reference(folded, x, y, z, same);
-  kernels::decode(folded, x, y, z, sdf);
+  folded.decode(x, y, z, sdf);
   for (const model::Network& network : bundle->networks()) {
     onnx::ModelProto model;
     if (!model.ParseFromString(*network.bytes) || model.graph().output_size() != 1) bug("no ONNX file any more");

@@ -13,7 +13,7 @@ double softmax_weights_reference(std::span<const float> cost, double temperature
   }
   double sum = 0.0, sum_of_squares = 0.0;
   const auto unnormalised = [&](float J) {
-    return std::isfinite(J) ? std::exp(-(J - least) / std::max(temperature, kLeastTemperature)) : 0.0;
+    return std::isfinite(J) ? std::exp(-(J - least) / std::max(temperature, kMinTemperature)) : 0.0;
   };
   for (const float J : cost) {
     const double e = unnormalised(J);

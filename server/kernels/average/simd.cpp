@@ -13,17 +13,7 @@
 #include <hwy/contrib/math/math-inl.h>
 // clang-format on
 
-#ifndef GATEFIELD_KERNELS_AVERAGE_SUMS
-#define GATEFIELD_KERNELS_AVERAGE_SUMS
-namespace gatefield::kernels {
-
-struct ExponentialSums {
-  double sum = 0.0;
-  double sum_of_squares = 0.0;
-};
-
-}  // namespace gatefield::kernels
-#endif
+#include "server/kernels/target.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace gatefield::kernels {
@@ -49,7 +39,6 @@ HWY_INLINE double SumLanes(D d, V value) {
 
 HWY_INLINE auto IsNumber(D d, V value) { return hn::Le(hn::Abs(value), hn::Set(d, FLT_MAX)); }
 
-/// Least finite cost; infinity when there is none.
 float LeastCost(const float* cost, std::size_t count) {
   const D d;
   const std::size_t N = hn::Lanes(d);
@@ -74,7 +63,6 @@ HWY_INLINE V Exponential(D d, V J, V least, V inverse_temperature) {
   return hn::IfThenElseZero(hn::And(IsNumber(d, J), hn::Gt(exponent, bound)), hn::Exp(d, hn::Max(exponent, bound)));
 }
 
-/// Sums of e = exp(-(J - least) / temperature) and of e^2; writes every e when `out` is given.
 ExponentialSums SumExponentials(const float* cost, std::size_t count, float least_cost, float inverse_temperature,
                                 float* out) {
   const D d;
@@ -145,29 +133,36 @@ HWY_EXPORT(AccumulateAll);
 namespace {
 
 float inverse_of(double temperature) noexcept {
-  return static_cast<float>(1.0 / std::max(temperature, kLeastTemperature));
+  return static_cast<float>(1.0 / std::max(temperature, kMinTemperature));
 }
 
 }  // namespace
 
-double softmax_weights(std::span<const float> cost, double temperature, std::span<float> weight) noexcept {
-  const float least = HWY_DYNAMIC_DISPATCH(LeastCost)(cost.data(), cost.size());
+AverageLoops average_loops(std::int64_t target) noexcept {
+  return {GATEFIELD_OF_TARGET(LeastCost, target), GATEFIELD_OF_TARGET(SumExponentials, target),
+          GATEFIELD_OF_TARGET(Scale, target), GATEFIELD_OF_TARGET(AccumulateAll, target)};
+}
+
+double softmax_weights(const AverageLoops& loops, std::span<const float> cost, double temperature,
+                       std::span<float> weight) noexcept {
+  const float least = loops.least_cost(cost.data(), cost.size());
   if (!std::isfinite(least)) {
     std::fill(weight.begin(), weight.end(), 0.0f);
     return 0.0;
   }
   const ExponentialSums sums =
-      HWY_DYNAMIC_DISPATCH(SumExponentials)(cost.data(), cost.size(), least, inverse_of(temperature), weight.data());
-  HWY_DYNAMIC_DISPATCH(Scale)(weight.data(), cost.size(), static_cast<float>(1.0 / sums.sum));
+      loops.sum_exponentials(cost.data(), cost.size(), least, inverse_of(temperature), weight.data());
+  loops.scale(weight.data(), cost.size(), static_cast<float>(1.0 / sums.sum));
   return sums.sum * sums.sum / sums.sum_of_squares;
 }
 
-double temperature_for(std::span<const float> cost, double target_effective_samples, double low, double high) noexcept {
-  const float least = HWY_DYNAMIC_DISPATCH(LeastCost)(cost.data(), cost.size());
+double temperature_for(const AverageLoops& loops, std::span<const float> cost, double target_effective_samples,
+                       double low, double high) noexcept {
+  const float least = loops.least_cost(cost.data(), cost.size());
   if (!std::isfinite(least)) return high;
   const auto effective_samples = [&](double temperature) {
     const ExponentialSums sums =
-        HWY_DYNAMIC_DISPATCH(SumExponentials)(cost.data(), cost.size(), least, inverse_of(temperature), nullptr);
+        loops.sum_exponentials(cost.data(), cost.size(), least, inverse_of(temperature), nullptr);
     return sums.sum * sums.sum / sums.sum_of_squares;
   };
   // The effective sample size grows with the temperature.
@@ -179,10 +174,6 @@ double temperature_for(std::span<const float> cost, double target_effective_samp
     (effective_samples(std::exp(middle)) < target_effective_samples ? log_low : log_high) = middle;
   }
   return std::exp(0.5 * (log_low + log_high));
-}
-
-void accumulate_average(std::span<const float> weight, SampleBlock inputs, double* mean) noexcept {
-  HWY_DYNAMIC_DISPATCH(AccumulateAll)(weight.data(), weight.size(), inputs, mean);
 }
 
 }  // namespace gatefield::kernels

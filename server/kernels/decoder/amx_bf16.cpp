@@ -47,7 +47,7 @@ struct Block {
   static HWY_NOINLINE void Run(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W,
                                float* sdf) {
     const hn::FixedTag<float, 16> d;
-    alignas(64) float encoded[(kMostInputs + tiled::kTileInputs) * kP * tiled::kTile];
+    alignas(64) float encoded[(kMaxWidth + tiled::kTileInputs) * kP * tiled::kTile];
     alignas(64) float s[kP * tiled::kTile];
     hn::VFromD<decltype(d)> not_finite[kP];
     Encode<kP>(d, net, x_W, y_W, z_W, encoded, not_finite);
@@ -60,7 +60,7 @@ struct Block {
 }  // namespace HWY_NAMESPACE
 
 void decode_amx_bf16(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W, float* sdf,
-                     std::size_t count) noexcept {
+                     std::size_t count) {
   // Loaded anew in each call, since other libraries configure tiles in the same thread, too; released, so that the
   // system has less to save at a switch of threads.
   HWY_NAMESPACE::amx::AmxTiles::Configure();

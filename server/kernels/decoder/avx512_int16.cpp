@@ -1,7 +1,7 @@
 // The decoder with VPDPWSSD (AVX512_VNNI): twice the multiplications of an FMA, in 16-bit integers. The first layer,
 // which sees coordinates in metres, and the last one stay in single precision.
 //
-// Between them both factors are fixed-point numbers. With A = kMostActivation, m the largest of a point's activations
+// Between them both factors are fixed-point numbers. With A = kMaxActivation, m the largest of a point's activations
 // a_j, and u the layer's unit of weights:
 //   q_j = round(a_j A / m) <= A,   v_ij = round(W_ij / u),   (W a)_i = u m / A sum_j v_ij q_j  (+ rounding)
 // u is such that sum_j |v_ij| A < 2^31 for every neuron i (fold.cpp), so the sums are exact. Of the same 16 bits bf16
@@ -58,9 +58,9 @@ struct Block {
   static HWY_NOINLINE void Run(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W,
                                float* sdf) {
     const hn::FixedTag<float, kLanes> d;
-    alignas(64) float activations[kMostInputs * kP * kLanes];
-    alignas(64) float encoded[kMostInputs * kP * kLanes];
-    alignas(64) __m512i fixed[kMostInputs / 2 * kP];
+    alignas(64) float activations[kMaxWidth * kP * kLanes];
+    alignas(64) float encoded[kMaxWidth * kP * kLanes];
+    alignas(64) __m512i fixed[kMaxWidth / 2 * kP];
     hn::VFromD<decltype(d)> not_finite[kP];
     Encode<kP>(d, net, x_W, y_W, z_W, encoded, not_finite);
 
@@ -94,8 +94,8 @@ struct Block {
       __m512 unit[kP];
       for (std::size_t p = 0; p < kP; ++p) {
         const __m512 most = _mm512_max_ps(largest[p], _mm512_set1_ps(1e-30f));
-        const __m512 up = _mm512_div_ps(_mm512_set1_ps(kMostActivation), most);
-        unit[p] = _mm512_mul_ps(most, _mm512_set1_ps(layer.unit / kMostActivation));
+        const __m512 up = _mm512_div_ps(_mm512_set1_ps(kMaxActivation), most);
+        unit[p] = _mm512_mul_ps(most, _mm512_set1_ps(layer.unit / kMaxActivation));
         largest[p] = _mm512_setzero_ps();
         // Added to 2^23 a number below 2^16 is rounded to a whole one, which is then the lower half of the sum's bits.
         const __m512 whole = _mm512_set1_ps(0x1p23f);
@@ -137,7 +137,7 @@ struct Block {
 }  // namespace HWY_NAMESPACE
 
 void decode_avx512_int16(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W, float* sdf,
-                         std::size_t count) noexcept {
+                         std::size_t count) {
   HWY_NAMESPACE::InBlocks<HWY_NAMESPACE::int16::Block, 2, HWY_NAMESPACE::int16::kLanes>(net, x_W, y_W, z_W, sdf, count);
 }
 

@@ -1,81 +1,105 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
+#include <memory>
 #include <span>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "common/model/bundle.h"
+#include "server/kernels/decoder/packed_layer.h"
 
 /// Field decoder: s = g_phi(z, p) for many points p and one z (paper, "Gate-SDF Guided Safety Cost").
 ///
 /// With z fixed the first layer is affine in the encoding e(p) of the point, so it is folded once per frame:
-///   a0 = e(p)  (p itself, or p and its sines and cosines),   a1 = relu(W1 a0 + b1),   a_{i+1} = relu(W_i a_i + b_i),
-///   s = w a_n + b.
-/// Tolerance against reference.cpp with trained weights: |ds| <= 1e-4 m in single precision. Where the layers between
-/// the first and the last are in 16-bit fixed point (avx3_int16, avx512_int16.cpp) it is 0.004 m within 10 m of the
-/// gate, as far as the planner asks: at most 0.0023 m was measured, 0.0001 to 0.0004 m rms; it grows with the distance.
-/// On AMX tiles (avx3_amx,
-/// tiled-inl.h) it is 0.001 m there; 0.00015 m was measured with emulated tiles.
+///   a_0 = e(p)                         p itself, or p and its sines and cosines
+///   a_1 = relu(W_1 a_0 + b_1)          W_1 and b_1 (kHyper) or b_1 alone (kConcatenated) depend on z
+///   a_{i+1} = relu(W_i a_i + b_i)
+///   s = w a_n + b
+/// Three objects, by what they depend on:
+///   model::DecoderWeights   the model
+///   PreparedDecoder         the model and the back end: weights as it reads them; megabytes at most, shared
+///   FoldedDecoder           latent and pose, too: the first layer; a few kilobytes, copied from thread to thread
+///
+/// Tolerance against decode_reference() with trained weights:
+///   single precision   |ds| <= 1e-4 m
+///   avx3_int16         0.004 m within 10 m of the gate, as far as the planner asks: at most 0.0023 m was measured,
+///                      0.0001 to 0.0004 m rms; it grows with the distance
+///   avx3_amx           0.001 m there; 0.00015 m was measured with emulated tiles
 namespace gatefield::kernels {
 
-/// Limits of what decode() takes; model::Bundle checks them.
-inline constexpr int kMaxWidth = 256;   ///< inputs and outputs of any layer after folding
+/// Limits of what decoders take; model::Bundle checks them.
 inline constexpr int kMaxOctaves = 16;  ///< of the positional encoding
 /// Coordinates in the camera frame saturate here, so that any finite point gives a finite value.
 inline constexpr double kMaxCoordinate_m = 1e6;
 
-/// One layer laid out for decode(): outputs filled up to a multiple of kNeuronGroup with zeros, then in groups of four
-/// weight[group][input][4], so that the inner loop reads one stream per group.
-struct PackedLayer {
-  int inputs = 0;
-  int outputs = 0;  ///< padded
-  std::vector<float> weight;
-  std::vector<float> bias;
-  /// Two inputs' weights as 16-bit multiples of `unit`, the even one in the lower half, [group of kNeuronGroup][pair of
-  /// inputs][neuron]; empty on machines that don't multiply them, and for the first layer.
-  std::vector<std::uint32_t> pairs;
-  float unit = 0.0f;
-  /// Weights as AMX takes them (tiled-inl.h), [block of 16 outputs][step of 32 inputs][hi, lo][output][input] in bf16,
-  /// and biases filled up; empty on machines without AMX, and for the last layer.
-  std::vector<std::uint32_t> tiles;
-  std::vector<float> tile_bias;
-};
-inline constexpr int kNeuronGroup = 8;
+struct FoldedDecoder;
 
-/// A decoder with its latent folded in. Folding allocates on first use only.
+/// A decoder's weights as one back end reads them: what depends on no latent. Backend::prepare() makes it.
+/// Thread-safe: yes (const).   Real-time safe: all but the constructor, fold() from its second call on the same memory
+/// on.
+class PreparedDecoder {
+ public:
+  /// @pre weights as model::Bundle lets them through (shapes chain, widths <= kMaxWidth)
+  explicit PreparedDecoder(const model::DecoderWeights& weights);
+  PreparedDecoder(const PreparedDecoder&) = delete;
+  PreparedDecoder& operator=(const PreparedDecoder&) = delete;
+  virtual ~PreparedDecoder() = default;
+
+  const model::DecoderWeights& weights() const noexcept { return weights_; }
+  bool hyper() const noexcept { return weights_.kind == model::DecoderKind::kHyper; }
+  /// Layers behind the folded one, the last of them the output.
+  std::span<const model::Dense> inner() const noexcept { return std::span(weights_.layers).subspan(hyper() ? 0 : 1); }
+  /// kConcatenated: the first layer's columns of the encoded point, [outputs][3 + 6 L], no bias. kHyper: empty.
+  const model::Dense& point_columns() const noexcept { return point_columns_; }
+
+  /// The first layer that `latent` makes, into `out`, whose pose stays. @pre latent.size() == weights().latent_size
+  void fold(std::span<const float> latent, FoldedDecoder* out) const;
+  /// Brings out->first into this back end's own layout, out->packed; nothing where `first` is read as it is.
+  virtual void lay_out(FoldedDecoder* out) const = 0;
+
+  /// s at points in the world frame, see FoldedDecoder::decode().
+  virtual void decode(const FoldedDecoder& folded, std::span<const float> x_W, std::span<const float> y_W,
+                      std::span<const float> z_W, std::span<float> sdf_m) const noexcept = 0;
+
+ private:
+  model::DecoderWeights weights_;
+  model::Dense point_columns_;
+};
+
+/// A decoder with latent and pose folded in: a value of its own that needs the PreparedDecoder only, which it keeps
+/// alive. Copying it into one that was used before allocates nothing.
+/// Thread-safe: decode() yes.   Real-time safe: decode(), place(), copying into used memory.
 struct FoldedDecoder {
-  int encoding_octaves = 0;
-  float inverse_scale = 1.0f;  ///< 1 / S of the sines; kHyper has it in its first layer's weights
+  std::shared_ptr<const PreparedDecoder> prepared;
   Eigen::Matrix3f R_CW = Eigen::Matrix3f::Identity();
-  Eigen::Vector3f t_CW = Eigen::Vector3f::Zero();  ///< p_C = R_CW p_W + t_CW; kHyper: minus the latent's centre already
-  std::vector<model::Dense> layers;                ///< [0] folded
-  std::vector<PackedLayer> packed;                 ///< the same as decode() reads them
+  Eigen::Vector3f t_CW = Eigen::Vector3f::Zero();      ///< p_C = R_CW p_W + t_CW; kHyper: minus origin_C already
+  Eigen::Vector3d origin_C = Eigen::Vector3d::Zero();  ///< kHyper: the latent's centre, from which p counts
+  model::Dense first;  ///< as the latent makes it; kHyper: with 1 / S in its weights; kConcatenated: bias alone
+  PackedLayer packed;  ///< the same in the back end's layout
+
+  /// Moves the field with the camera to X_WC. The latent's part stays: the same bits as folding it again there.
+  void place(const Eigen::Isometry3d& X_WC) noexcept;
+
+  /// sdf_m[i] = s at (x_W, y_W, z_W)[i], any number of points; a point with a coordinate that isn't finite gets NaN. A
+  /// point's value doesn't depend on its place in the span. @pre folded
+  void decode(std::span<const float> x_W, std::span<const float> y_W, std::span<const float> z_W,
+              std::span<float> sdf_m) const noexcept {
+    prepared->decode(*this, x_W, y_W, z_W, sdf_m);
+  }
 };
 
-/// Folds `latent` (captured from X_WC) into `out`. Reuses out's memory.
+/// Folds `latent`, captured from X_WC, into `out`, whose memory is used again.
 /// Not thread-safe on the same `out`; real-time safe from the second call with weights of the same shape on.
-/// @pre latent.size() == weights.latent_size; weights as model::Bundle lets them through (shapes chain, widths <=
-/// kMaxWidth)
-void fold(const model::DecoderWeights& weights, std::span<const float> latent, const Eigen::Isometry3d& X_WC,
-          FoldedDecoder* out);
+/// @pre latent.size() == prepared->weights().latent_size
+void fold(const std::shared_ptr<const PreparedDecoder>& prepared, std::span<const float> latent,
+          const Eigen::Isometry3d& X_WC, FoldedDecoder* out);
 
-/// Fills in `tiles`. fold() does by itself where the machine has AMX.
-void lay_out_tiles(FoldedDecoder* decoder);
+/// Brings a latent's part that was folded for another back end (or in another process) over to this one: lays out
+/// folded->first, and the field is the same within both tolerances. @pre *folded is of the same model
+void adopt(const std::shared_ptr<const PreparedDecoder>& prepared, FoldedDecoder* folded);
 
-/// s at points in the world frame; double precision, readable: what the instruction sets are held against.
-void decode_reference(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
+/// The same as FoldedDecoder::decode() in double precision, readable, from weights that no back end laid out: what back
+/// ends are held against.
+void decode_reference(const FoldedDecoder& folded, std::span<const float> x_W, std::span<const float> y_W,
                       std::span<const float> z_W, std::span<float> sdf_m) noexcept;
-
-/// Largest |ds| against the reference with trained weights, by the instruction set in use.
-double decode_tolerance_m() noexcept;
-
-/// The same through the best instruction set (or the forced one). Any number of points; a point with a coordinate that
-/// isn't finite gets NaN. A point's value doesn't depend on its place in the span. Thread-safe: yes.   Real-time safe:
-/// yes (scratch is on the stack; hidden layers up to 256 wide).
-void decode(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
-            std::span<const float> z_W, std::span<float> sdf_m) noexcept;
 
 }  // namespace gatefield::kernels

@@ -1,6 +1,4 @@
-#include "server/kernels/decoder/decoder.h"
 #include "server/kernels/decoder/view.h"
-#include "server/kernels/isa.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/kernels/decoder/simd.cpp"
@@ -8,6 +6,7 @@
 #include <hwy/highway.h>
 
 #include "server/kernels/decoder/blocks-inl.h"
+#include "server/kernels/target.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace gatefield::kernels {
@@ -135,20 +134,7 @@ namespace gatefield::kernels {
 
 HWY_EXPORT(DecodeAll);
 
-void decode(const FoldedDecoder& decoder, std::span<const float> x_W, std::span<const float> y_W,
-            std::span<const float> z_W, std::span<float> sdf_m) noexcept {
-  const DecoderView view = view_of(decoder);
-#if GATEFIELD_AVX512_INT16
-  // With one hidden layer there is nothing between the first and the last.
-  if (view.layer_count >= 3 && decoder_arithmetic() == Arithmetic::kInt16)
-    return decode_avx512_int16(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
-#endif
-#if GATEFIELD_AMX_BF16
-  if (view.layer_count >= 2 && decoder_arithmetic() == Arithmetic::kTiles)
-    return decode_amx_bf16(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
-#endif
-  HWY_DYNAMIC_DISPATCH(DecodeAll)(view, x_W.data(), y_W.data(), z_W.data(), sdf_m.data(), sdf_m.size());
-}
+DecodeLoop* decode_loop(std::int64_t target) noexcept { return GATEFIELD_OF_TARGET(DecodeAll, target); }
 
 }  // namespace gatefield::kernels
 #endif  // HWY_ONCE

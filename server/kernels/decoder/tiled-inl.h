@@ -89,7 +89,7 @@ __attribute__((always_inline)) inline void Multiply(const std::uint32_t* weights
 template <class Tiles, std::size_t kP>
 void Run(const DecoderView& net, float* encoded, float* sdf) {
   static_assert(kP == 1 || kP == 2);
-  alignas(64) std::uint32_t buffers[2][kMostInputs * kP * kTile];  // hi and lo take as much as floats
+  alignas(64) std::uint32_t buffers[2][kMaxWidth * kP * kTile];  // hi and lo take as much as floats
   alignas(64) float sums[2 * kP * kTileWords];
   std::uint32_t* in = buffers[0];
   std::uint32_t* out = buffers[1];

@@ -10,6 +10,7 @@
 // clang-format on
 
 #include "server/kernels/math-inl.h"
+#include "server/kernels/target.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace gatefield::kernels {
@@ -111,13 +112,15 @@ namespace gatefield::kernels {
 
 HWY_EXPORT(SampleAll);
 
-void sample(const NoiseShape& shape, std::uint64_t seed, std::uint64_t step, int first_sample, const float* mean,
-            SampleBlock inputs) noexcept {
+SampleLoop* sample_loop(std::int64_t target) noexcept { return GATEFIELD_OF_TARGET(SampleAll, target); }
+
+void sample(SampleLoop* loop, const NoiseShape& shape, std::uint64_t seed, std::uint64_t step, int first_sample,
+            const float* mean, SampleBlock inputs) noexcept {
   float factors[16];
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = 0; j < 4; ++j) factors[4 * i + j] = shape.mixer[i][j] * shape.sigma[j];
   }
-  HWY_DYNAMIC_DISPATCH(SampleAll)(factors, seed, step, static_cast<std::uint32_t>(first_sample), mean, inputs);
+  loop(factors, seed, step, static_cast<std::uint32_t>(first_sample), mean, inputs);
 }
 
 }  // namespace gatefield::kernels

@@ -1,14 +1,14 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <span>
+#include <cstddef>
+#include <cstdint>
 
 #include "common/vehicle/quadrotor.h"
 
 /// Rollouts of the quadrotor under thrust-rate sequences: M samples, K steps, in blocks of samples laid out side by
 /// side. Formula: gatefield::step_planner (common/vehicle/quadrotor.h), which is also the double-precision reference.
-/// Tolerance against it over 20 steps of 0.03 s: position 1e-3 m, velocity 5e-3 m/s, attitude 1e-3, rates 1e-2 rad/s
-/// (fp32).
+/// Tolerance of single precision against it over 20 steps of 0.03 s:
+///   position 1e-3 m, velocity 5e-3 m/s, attitude 1e-3, body rates 1e-2 rad/s
 namespace gatefield::kernels {
 
 inline constexpr int kInputs = kRotors;
@@ -45,16 +45,23 @@ double rate_limit_rad_s(double dt_s) noexcept;
 /// `start` within those limits: what isn't finite becomes zero, the attitude is normalised (identity when it can't be).
 QuadrotorState bounded(const QuadrotorState& start, double dt_s) noexcept;
 
-/// Rolls out every sample of the block.
-/// @param inputs   in: [K][4][M] thrust rates, N/s (NaN counts as 0); out: what was really applied after rate and
-/// thrust limits
-/// @param states   out: [K][kStateChannels][M], state at the *end* of step k, world frame
-/// @pre model is valid (gatefield::validate), dt_s > 0, both blocks have the same steps, samples and stride >=
-/// padded_samples(samples) Thread-safe: yes.   Real-time safe: yes.
-void rollout(const QuadrotorModel& model, const QuadrotorState& start, double dt_s, SampleBlock inputs,
-             SampleBlock states) noexcept;
+struct RolloutConstants;
+/// A block by one instruction set, see simd.cpp.
+using RolloutLoop = void(const RolloutConstants&, const SampleBlock& inputs, const SampleBlock& states);
+/// For a Highway target that this build has.
+RolloutLoop* rollout_loop(std::int64_t target) noexcept;
 
-/// Same, one sample after the other through step_planner in double precision.
+/// Rolls out every sample of the block (Backend::rollout()).
+/// @param inputs   in: [K][4][M] thrust rates, N/s (NaN counts as 0); out: what was really applied after the limits of
+///                 thrust and of its rate
+/// @param states   out: [K][kStateChannels][M], state at the *end* of step k, world frame
+/// @pre model is valid (gatefield::validate), dt_s > 0, both blocks have the same steps, samples and
+///      stride >= padded_samples(samples)
+/// Thread-safe: yes.   Real-time safe: yes.
+void rollout(RolloutLoop* loop, const QuadrotorModel& model, const QuadrotorState& start, double dt_s,
+             SampleBlock inputs, SampleBlock states) noexcept;
+
+/// The same, one sample after the other through step_planner in double precision.
 void rollout_reference(const QuadrotorModel& model, const QuadrotorState& start, double dt_s, SampleBlock inputs,
                        SampleBlock states) noexcept;
 

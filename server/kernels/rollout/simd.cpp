@@ -7,6 +7,8 @@
 #include <hwy/foreach_target.h>  // must come before highway.h
 #include <hwy/highway.h>
 
+#include "server/kernels/target.h"
+
 #ifndef GATEFIELD_KERNELS_ROLLOUT_CONSTANTS
 #define GATEFIELD_KERNELS_ROLLOUT_CONSTANTS
 namespace gatefield::kernels {
@@ -194,8 +196,10 @@ namespace gatefield::kernels {
 
 HWY_EXPORT(RolloutAll);
 
-void rollout(const QuadrotorModel& model, const QuadrotorState& start, double dt_s, SampleBlock inputs,
-             SampleBlock states) noexcept {
+RolloutLoop* rollout_loop(std::int64_t target) noexcept { return GATEFIELD_OF_TARGET(RolloutAll, target); }
+
+void rollout(RolloutLoop* loop, const QuadrotorModel& model, const QuadrotorState& start, double dt_s,
+             SampleBlock inputs, SampleBlock states) noexcept {
   RolloutConstants c{};
   const auto f = [](double value) { return static_cast<float>(value); };
   c.dt = f(dt_s);
@@ -237,7 +241,7 @@ void rollout(const QuadrotorModel& model, const QuadrotorState& start, double dt
     c.start[13 + i] = f(s.thrust_n[i]);
     c.start[17 + i] = f(s.thrust_command_n[i]);
   }
-  HWY_DYNAMIC_DISPATCH(RolloutAll)(c, inputs, states);
+  loop(c, inputs, states);
 }
 
 }  // namespace gatefield::kernels

@@ -17,12 +17,12 @@ constexpr float kLowest_m = -2.0f;
 
 /// What counts is (field - none) * before + (next - none) * beyond: `none` is a value without cost.
 GATEFIELD_MULTIVERSION void accumulate(float weight, float clearance_m, const float* field, const float* next,
-                                       const float* passed, float use_target, float use_next, int count,
+                                       const float* through, float use_target, float use_next, int count,
                                        float* cost) noexcept {
   for (int m = 0; m < count; ++m) {
     const float before = use_target * std::max(0.0f, clearance_m - std::max(field[m], kLowest_m));
     const float beyond = use_next * std::max(0.0f, clearance_m - std::max(next[m], kLowest_m));
-    cost[m] += weight * (passed[m] > 0.5f ? beyond : before);
+    cost[m] += weight * (through[m] > 0.5f ? beyond : before);
   }
 }
 
@@ -35,7 +35,7 @@ void FieldClearanceCost::accumulate(const PlanContext&, const RolloutBatch& batc
     const float* field = batch.field != nullptr ? batch.field_row(k) : batch.next_field_row(k);
     const bool next_known = switch_in_rollout_ && batch.next_field != nullptr;
     const float* beyond = next_known ? batch.next_field_row(k) : field;
-    field_clearance::accumulate(weight_, clearance_m_, field, beyond, batch.passed_row(k),
+    field_clearance::accumulate(weight_, clearance_m_, field, beyond, batch.through_row(k),
                                 batch.field != nullptr ? 1.0f : 0.0f, next_known ? 1.0f : 0.0f, batch.stride,
                                 cost.data());
   }

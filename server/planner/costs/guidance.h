@@ -7,11 +7,11 @@
 namespace gatefield::planner {
 
 /// A potential V(p), metres, that falls along the way to and through a gate's opening. With c the centre, a the passing
-/// axis, D the funnel's distance and f = c - D a the point in front of the gate:
-///   inside the cone around -a:      V = |p - c|
-///   outside it:                     V = |p - f| + D        (first to the point in front: arriving from the side clips
-///   a post) beyond the plane, not passed:   V = |p - b| + |b - f| + D,  b beside the gate, so that the way back leads
-///   around the frame
+/// axis, D the funnel's distance, f = c - D a the point in front of the gate and b a point beside the frame:
+///   inside the cone around -a   V = |p - c|
+///   outside it                  V = |p - f| + D            first to the point in front: arriving from the side clips a
+///                                                          post
+///   beyond the plane            V = |p - b| + |b - f| + D  the way back leads around the frame
 /// Without a funnel V = |p - c| everywhere (the paper's waypoint).
 struct Guidance {
   float cx = 0, cy = 0, cz = 0;  ///< c

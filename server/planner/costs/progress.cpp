@@ -26,13 +26,13 @@ GATEFIELD_MULTIVERSION void squared(const Guidance& target, float start, float w
 
 GATEFIELD_MULTIVERSION void distance(const Guidance& target_in, const Guidance& next_in, float start,
                                      float next_at_center, float weight, const float* x, const float* y, const float* z,
-                                     const float* passed, int count, float* cost) noexcept {
+                                     const float* through, int count, float* cost) noexcept {
   const Guidance target = target_in, next = next_in;  // local copies: no aliasing with cost
   for (int m = 0; m < count; ++m) {
     const float before = target.potential(x[m], y[m], z[m]);
     const float out = std::clamp(target.along(x[m], y[m], z[m]), 0.0f, kOut_m);
     const float beyond = next.potential(x[m], y[m], z[m]) - next_at_center - out;
-    cost[m] += weight * ((passed[m] > 0.5f ? beyond : before) - start);
+    cost[m] += weight * ((through[m] > 0.5f ? beyond : before) - start);
   }
 }
 
@@ -54,7 +54,7 @@ void ProgressCost::accumulate(const PlanContext& context, const RolloutBatch& ba
   const float start = target.potential(p0.x(), p0.y(), p0.z());
   if (switch_in_rollout_ && context.has_next) {
     progress::distance(target, context.next, start, context.next.potential(target.cx, target.cy, target.cz), weight_, x,
-                       y, z, batch.passed_row(last), batch.stride, cost.data());
+                       y, z, batch.through_row(last), batch.stride, cost.data());
     return;
   }
   // The last gate: beyond it, straight on counts as progress, or the vehicle would brake in the opening.
@@ -67,7 +67,7 @@ void ProgressCost::accumulate(const PlanContext& context, const RolloutBatch& ba
       cost[static_cast<std::size_t>(m)] += weight_ * (target.potential(x[m], y[m], z[m]) - start);
     return;
   }
-  progress::distance(target, straight, start, kStraightOn_m, weight_, x, y, z, batch.passed_row(last), batch.stride,
+  progress::distance(target, straight, start, kStraightOn_m, weight_, x, y, z, batch.through_row(last), batch.stride,
                      cost.data());
 }
 

@@ -6,13 +6,12 @@ namespace gatefield::planner {
 
 /// Gate progress (paper, Eq. "gate_progress"). The sum over the steps of a difference telescopes, so only the last
 /// state counts:
-///   squared distance: weight (|p_K - c|^2 - |p_0 - c|^2), as printed;
-///   distance (ours):  weight (V(p_K) - V(p_0)) with the guidance potential V of the target; for a rollout that has
-///   passed the opening,
-///                     V = V_next(p) - V_next(c) - min(x, 0.5 m): it goes on earning progress towards the next gate,
-///                     and does so for leaving the opening, x beyond its plane. (Behind a gate that is turned far the
-///                     way to the next one leads backwards, and the last centimetres through the plane earned nothing:
-///                     it hovered in the opening.)
+///   squared distance   weight (|p_K - c|^2 - |p_0 - c|^2), as printed
+///   distance (ours)    weight (V(p_K) - V(p_0)) with the guidance potential V of the target; for a rollout that is
+///                      through the opening, V(p_K) = V_next(p_K) - V_next(c) - min(x, 0.5 m): it goes on earning
+///                      progress towards the next gate, and earns some for leaving the opening, x beyond its plane
+/// (Behind a gate that is turned far the way to the next one leads backwards, and the last centimetres through the
+/// plane earned nothing: the vehicle hovered in the opening.)
 class ProgressCost final : public CostTerm {
  public:
   explicit ProgressCost(const Profile& profile) noexcept;

@@ -2,23 +2,45 @@
 #include "server/planner/costs/body_rate.h"
 #include "server/planner/costs/crossing.h"
 #include "server/planner/costs/field_clearance.h"
-#include "server/planner/costs/left_frame.h"
+#include "server/planner/costs/passed_frame.h"
 #include "server/planner/costs/progress.h"
 #include "server/planner/costs/speed.h"
 #include "server/planner/costs/visibility.h"
 
 namespace gatefield::planner {
+namespace {
+
+template <typename Term>
+std::unique_ptr<const CostTerm> make(const Profile& profile) {
+  return std::make_unique<Term>(profile);
+}
+
+/// A term and the weight without which it isn't made.
+struct Entry {
+  double Profile::*weight;
+  std::unique_ptr<const CostTerm> (*make)(const Profile&);
+};
+
+/// All terms, in the order in which they are added up; a line each.
+// clang-format off
+constexpr Entry kTerms[] = {
+    {&Profile::progress_weight, make<ProgressCost>},
+    {&Profile::visibility_weight, make<VisibilityCost>},
+    {&Profile::field_weight, make<FieldClearanceCost>},
+    {&Profile::crossing_weight, make<CrossingCost>},
+    {&Profile::crossing_weight, make<PassedFrameCost>},
+    {&Profile::speed_weight, make<SpeedCost>},
+    {&Profile::body_rate_weight, make<BodyRateCost>},
+    {&Profile::altitude_weight, make<AltitudeCost>},
+};
+// clang-format on
+
+}  // namespace
 
 std::vector<std::unique_ptr<const CostTerm>> make_terms(const Profile& profile) {
   std::vector<std::unique_ptr<const CostTerm>> terms;
-  if (profile.progress_weight > 0) terms.push_back(std::make_unique<ProgressCost>(profile));
-  if (profile.visibility_weight > 0) terms.push_back(std::make_unique<VisibilityCost>(profile));
-  if (profile.field_weight > 0) terms.push_back(std::make_unique<FieldClearanceCost>(profile));
-  if (profile.crossing_weight > 0) terms.push_back(std::make_unique<CrossingCost>(profile));
-  if (profile.crossing_weight > 0) terms.push_back(std::make_unique<LeftFrameCost>(profile));
-  if (profile.speed_weight > 0) terms.push_back(std::make_unique<SpeedCost>(profile));
-  if (profile.body_rate_weight > 0) terms.push_back(std::make_unique<BodyRateCost>(profile));
-  if (profile.altitude_weight > 0) terms.push_back(std::make_unique<AltitudeCost>(profile));
+  for (const Entry& entry : kTerms)
+    if (profile.*entry.weight > 0) terms.push_back(entry.make(profile));
   return terms;
 }
 

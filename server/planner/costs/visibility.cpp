@@ -17,11 +17,11 @@ struct Sight {
 
 GATEFIELD_MULTIVERSION void accumulate(const Sight& sight_in, float weight, const float* x, const float* y,
                                        const float* qw, const float* qx, const float* qy, const float* qz,
-                                       const float* along, const float* passed, int count, float* cost) noexcept {
+                                       const float* along, const float* through, int count, float* cost) noexcept {
   const Sight sight = sight_in;
   constexpr float kTiny = 1e-6f;  // straight above the gate or nose straight up, there is no angle: cost 1
   for (int m = 0; m < count; ++m) {
-    const bool turn = passed[m] > 0.5f || along[m] > sight.turn_at_m;
+    const bool turn = through[m] > 0.5f || along[m] > sight.turn_at_m;
     const float bx = (turn ? sight.next_x : sight.target_x) - x[m];
     const float by = (turn ? sight.next_y : sight.target_y) - y[m];
     const float hx = 1.0f - 2.0f * (qy[m] * qy[m] + qz[m] * qz[m]);
@@ -41,7 +41,7 @@ void VisibilityCost::accumulate(const PlanContext& context, const RolloutBatch& 
   for (int k = 0; k < batch.steps; ++k) {
     const auto row = [&](int channel) { return batch.states.row(k, channel); };
     visibility::accumulate(sight, weight_, row(kernels::kPx), row(kernels::kPy), row(kernels::kQw), row(kernels::kQx),
-                           row(kernels::kQy), row(kernels::kQz), batch.along_row(k), batch.passed_row(k), batch.stride,
+                           row(kernels::kQy), row(kernels::kQz), batch.along_row(k), batch.through_row(k), batch.stride,
                            cost.data());
   }
 }

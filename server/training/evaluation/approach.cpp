@@ -156,7 +156,8 @@ class Chain {
     service::SightOptions options;
     options.validity_threshold = observer->bundle().manifest().validity_threshold;
     options.takes_prior = observer->knows_center();
-    sight_.emplace(dataset_camera(), course, service::make_memory(observer->bundle(), course), options);
+    sight_.emplace(dataset_camera(), course, service::make_memory(observer->bundle(), observer->decoder(), course),
+                   options);
     direction_W_ = flight.direction_W;
   }
 
@@ -174,7 +175,7 @@ class Chain {
       return X_WG.linear().transpose() * (center_W - X_WG.translation());
     };
     if (const auto& encoding = recorder_.first(); encoding.has_value()) {
-      kernels::fold(observer_->bundle().decoder(), encoding->latent, X_WC, &field_.decoder);
+      kernels::fold(observer_->decoder(), encoding->latent, X_WC, &field_.decoder);
       const Vector3d around_W =
           observer_->knows_center() ? Vector3d(X_WC * encoding->center_C.cast<double>()) : expected_W;
       const auto fit = perception::fit_hourglass(field_, shape_, observer_->bundle().manifest().cone_angle_rad,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/kernels/backend.h"
 #include "server/training/data/sampling.h"
 #include "server/training/evaluation/wrong_gate.h"
 
@@ -24,12 +25,12 @@ const Eigen::Isometry3d& level_camera() {
 
 /// Whether a memory that has seen nothing yet takes this encoding, when the course says that the gate is at
 /// `nominal_C`.
-bool memory_takes(const model::Bundle& bundle, const perception::Encoding& encoding, const GateShape& shape,
+bool memory_takes(const Observer& observer, const perception::Encoding& encoding, const GateShape& shape,
                   const Eigen::Vector3d& nominal_C) {
   Course course;
   course.closed = false;
   course.waypoints.push_back({level_camera() * nominal_C, Eigen::Vector3d::UnitX(), shape});
-  perception::GateMemory memory(bundle, course);
+  perception::GateMemory memory(observer.bundle(), observer.decoder(), course);
   return memory.observe(0, encoding, level_camera(), Stamp{0}) == perception::GateMemory::Outcome::kTaken;
 }
 
@@ -49,7 +50,7 @@ QueryPoints draw_points(const GateLabel& gate, Random* random) {
 }
 
 Observer::Observer(const model::Bundle& bundle, std::unique_ptr<perception::DepthEncoder> encoder)
-    : bundle_(&bundle), encoder_(std::move(encoder)) {}
+    : bundle_(&bundle), encoder_(std::move(encoder)), decoder_(kernels::best_backend().prepare(bundle.decoder())) {}
 
 Result<std::unique_ptr<Observer>> Observer::create(const model::Bundle& bundle) {
   auto encoder = perception::DepthEncoder::create(bundle);
@@ -82,7 +83,7 @@ std::span<const float> Observer::decode(const std::vector<float>& points_C) {
 
 std::optional<Observer::Pose> Observer::fit(const perception::Encoding& encoding, const GateShape& shape,
                                             const Eigen::Vector3d& around_C) {
-  kernels::fold(bundle_->decoder(), encoding.latent, level_camera(), &field_.decoder);
+  kernels::fold(decoder_, encoding.latent, level_camera(), &field_.decoder);
   const Eigen::Vector3d begin_C = knows_center() ? Eigen::Vector3d(encoding.center_C.cast<double>()) : around_C;
   const auto found = perception::fit_hourglass(field_, shape, bundle_->manifest().cone_angle_rad,
                                                level_camera() * begin_C, Eigen::Vector3d::UnitX());
@@ -102,7 +103,7 @@ Measured Observer::measure(std::span<const float> image_m, const SampleView& sam
     out.predicted_m = encoding->predicted_error_m;
     if (knows_center()) out.encoder_center_m = (encoding->center_C - gate.p_CG).norm();
     pose = fit(*encoding, gate.shape, prior_C);
-    out.taken = memory_takes(*bundle_, *encoding, gate.shape, prior_C);
+    out.taken = memory_takes(*this, *encoding, gate.shape, prior_C);
   }
   const auto value_at = [&](const std::vector<float>& points_C) {
     if (encoding) return decode(points_C);

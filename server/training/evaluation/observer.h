@@ -32,6 +32,8 @@ class Observer {
 
   const model::Bundle& bundle() const noexcept { return *bundle_; }
   perception::DepthEncoder& encoder() noexcept { return *encoder_; }
+  /// The bundle's, on the best back end of this machine.
+  const std::shared_ptr<const kernels::PreparedDecoder>& decoder() const noexcept { return decoder_; }
   /// Two looks know a centre of their own; for others a fit needs to be told where to begin.
   bool knows_center() const noexcept { return bundle_->manifest().encoder_kind == "two_look"; }
 
@@ -60,6 +62,7 @@ class Observer {
 
   const model::Bundle* bundle_;
   std::unique_ptr<perception::DepthEncoder> encoder_;
+  std::shared_ptr<const kernels::PreparedDecoder> decoder_;
   perception::DecodedField field_;
   std::vector<float> x_, y_, z_, value_m_;
 };

@@ -48,7 +48,7 @@ Reading read(Observer* observer, const std::vector<float>& image_m, const Isomet
     const double cosine = std::abs(pose->axis_C.dot(X_CG.linear().col(0)));
     out.normal_deg = std::acos(std::min(1.0, cosine)) / kDegree;
   }
-  kernels::fold(observer->bundle().decoder(), encoding->latent, X_WC, &out.field.decoder);
+  kernels::fold(observer->decoder(), encoding->latent, X_WC, &out.field.decoder);
   return out;
 }
 

@@ -8,7 +8,7 @@
 #include "server/kernels/decoder/decoder.h"
 #include "server/kernels/noise/noise.h"
 #include "server/kernels/rollout/rollout.h"
-#include "tests/unit/server/kernels/every_isa.h"
+#include "tests/unit/server/kernels/every_backend.h"
 
 namespace {
 
@@ -36,7 +36,7 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std
 namespace gatefield::kernels {
 namespace {
 
-class AllocationTest : public EveryIsa {};
+class AllocationTest : public EveryBackend {};
 
 TEST_P(AllocationTest, TheCounterCounts) {
   const int before = allocations;
@@ -61,21 +61,25 @@ TEST_P(AllocationTest, NoKernelAllocates) {
   weights.layers = {{256, 256, std::vector<float>(256 * 256, 0.01f), std::vector<float>(256)},
                     {256, 1, std::vector<float>(256, 0.1f), std::vector<float>(1)}};
   const std::vector<float> latent(5, 0.5f);
-  FoldedDecoder folded;
-  fold(weights, latent, Eigen::Isometry3d::Identity(), &folded);
+  const auto prepared = backend().prepare(weights);
+  FoldedDecoder folded, copy;
+  fold(prepared, latent, Eigen::Isometry3d::Identity(), &folded);
+  copy = folded;
 
   const int before = allocations;
-  fold(weights, latent, Eigen::Isometry3d::Identity(), &folded);
-  sample(kShape, 1, 1, 0, mean.data(), inputs.block());
-  rollout(model, start, 0.03, inputs.block(), states.block());
-  decode(folded, {states.block().row(3, kPx), 100}, {states.block().row(3, kPy), 100},
-         {states.block().row(3, kPz), 100}, sdf);
-  softmax_weights(cost, temperature_for(cost, 10, 0.1, 10), weight);
-  accumulate_average(weight, inputs.block(), average.data());
+  fold(prepared, latent, Eigen::Isometry3d::Identity(), &folded);
+  copy = folded;
+  copy.place(Eigen::Isometry3d::Identity());
+  backend().sample(kShape, 1, 1, 0, mean.data(), inputs.block());
+  backend().rollout(model, start, 0.03, inputs.block(), states.block());
+  copy.decode({states.block().row(3, kPx), 100}, {states.block().row(3, kPy), 100}, {states.block().row(3, kPz), 100},
+              sdf);
+  backend().softmax_weights(cost, backend().temperature_for(cost, 10, 0.1, 10), weight);
+  backend().accumulate_average(weight, inputs.block(), average.data());
   EXPECT_EQ(allocations, before);
 }
 
-ON_EVERY_ISA(AllocationTest);
+ON_EVERY_BACKEND(AllocationTest);
 
 }  // namespace
 }  // namespace gatefield::kernels

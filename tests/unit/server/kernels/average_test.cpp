@@ -6,14 +6,14 @@
 #include <numeric>
 
 #include "common/base/random.h"
-#include "tests/unit/server/kernels/every_isa.h"
+#include "tests/unit/server/kernels/every_backend.h"
 
 namespace gatefield::kernels {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-class AverageTest : public EveryIsa {};
+class AverageTest : public EveryBackend {};
 
 std::vector<float> random_costs(std::size_t count, std::uint64_t seed) {
   Random random(seed);
@@ -28,7 +28,7 @@ TEST_P(AverageTest, WeightsFollowTheReferenceForEveryNumberOfSamples) {
     const std::vector<float> memory = random_costs(count + 1, count);
     const std::span<const float> cost(memory.data() + 1, count);
     std::vector<float> weight(count + 1, -1.0f), expected(count);
-    const double effective = softmax_weights(cost, 4.0, {weight.data(), count});
+    const double effective = backend().softmax_weights(cost, 4.0, {weight.data(), count});
     const double expected_effective = softmax_weights_reference(cost, 4.0, expected);
     for (std::size_t m = 0; m < count; ++m)
       ASSERT_NEAR(weight[m], expected[m], 1e-6 + 1e-4 * expected[m]) << m << " of " << count;
@@ -43,7 +43,7 @@ TEST_P(AverageTest, WeightsSumToOneWhateverTheTemperature) {
   std::vector<float> weight(cost.size());
   double last = 0.0;
   for (const double temperature : {0.0, 1e-40, 1e-6, 0.1, 1.0, 10.0, 1e3, 1e12, 1e300}) {
-    const double effective = softmax_weights(cost, temperature, weight);
+    const double effective = backend().softmax_weights(cost, temperature, weight);
     EXPECT_NEAR(std::accumulate(weight.begin(), weight.end(), 0.0), 1.0, 1e-5) << temperature;
     EXPECT_GE(effective, last * (1 - 1e-5)) << "more temperature, more samples count";
     last = effective;
@@ -55,7 +55,7 @@ TEST_P(AverageTest, NoTemperatureGivesAllWeightToTheBest) {
   std::vector<float> cost = random_costs(33, 2);
   cost[19] = 1.0f;
   std::vector<float> weight(cost.size());
-  EXPECT_DOUBLE_EQ(softmax_weights(cost, 0.0, weight), 1.0);
+  EXPECT_DOUBLE_EQ(backend().softmax_weights(cost, 0.0, weight), 1.0);
   for (std::size_t m = 0; m < cost.size(); ++m) EXPECT_EQ(weight[m], m == 19 ? 1.0f : 0.0f);
 }
 
@@ -64,7 +64,7 @@ TEST_P(AverageTest, CostsThatAreNoNumbersGetNoWeight) {
     for (const float bad : {std::nanf(""), -std::nanf(""), kInfinity, -kInfinity}) {
       std::vector<float> cost = random_costs(37, 3), expected = cost, weight(37), expected_weight(37);
       cost[place] = bad;
-      const double effective = softmax_weights(cost, 5.0, weight);
+      const double effective = backend().softmax_weights(cost, 5.0, weight);
       EXPECT_EQ(weight[place], 0.0f) << place << ", " << bad;
       expected.erase(expected.begin() + static_cast<std::ptrdiff_t>(place));
       EXPECT_NEAR(effective, softmax_weights_reference(expected, 5.0, expected_weight), 1e-3);
@@ -78,9 +78,9 @@ TEST_P(AverageTest, NothingFiniteMeansNoWeightsAtAll) {
     for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{16}, std::size_t{35}}) {
       const std::vector<float> cost(count, bad);
       std::vector<float> weight(count, 7.0f);
-      EXPECT_EQ(softmax_weights(cost, 1.0, weight), 0.0);
+      EXPECT_EQ(backend().softmax_weights(cost, 1.0, weight), 0.0);
       for (const float w : weight) EXPECT_EQ(w, 0.0f);
-      EXPECT_EQ(temperature_for(cost, 10, 0.1, 100), 100);
+      EXPECT_EQ(backend().temperature_for(cost, 10, 0.1, 100), 100);
     }
   }
 }
@@ -89,22 +89,22 @@ TEST_P(AverageTest, ExtremeCostsStayFinite) {
   const std::vector<float> cost{-3e38f, 3e38f, 0.0f, 1e-45f, -1e30f};
   std::vector<float> weight(cost.size());
   for (const double temperature : {0.0, 1e-30, 1.0, 1e30, 1e300}) {
-    EXPECT_TRUE(std::isfinite(softmax_weights(cost, temperature, weight)));
+    EXPECT_TRUE(std::isfinite(backend().softmax_weights(cost, temperature, weight)));
     for (const float w : weight) EXPECT_TRUE(w >= 0.0f && w <= 1.0f);
     EXPECT_NEAR(std::accumulate(weight.begin(), weight.end(), 0.0), 1.0, 1e-5);
   }
-  EXPECT_TRUE(std::isfinite(temperature_for(cost, 3, 1e-3, 1e3)));
+  EXPECT_TRUE(std::isfinite(backend().temperature_for(cost, 3, 1e-3, 1e3)));
 }
 
 TEST_P(AverageTest, FindsTheTemperatureForAnEffectiveSampleSize) {
   const std::vector<float> cost = random_costs(2048, 4);
   std::vector<float> weight(cost.size());
   for (const double target : {5.0, 50.0, 500.0}) {
-    const double temperature = temperature_for(cost, target, 1e-3, 1e3);
+    const double temperature = backend().temperature_for(cost, target, 1e-3, 1e3);
     EXPECT_NEAR(softmax_weights_reference(cost, temperature, weight), target, 1e-3 * target);
   }
-  EXPECT_EQ(temperature_for(cost, 0.5, 0.1, 10.0), 0.1) << "fewer than one is out of reach: the lower end";
-  EXPECT_EQ(temperature_for(cost, 1e6, 0.1, 10.0), 10.0) << "more than there are: the upper end";
+  EXPECT_EQ(backend().temperature_for(cost, 0.5, 0.1, 10.0), 0.1) << "fewer than one is out of reach: the lower end";
+  EXPECT_EQ(backend().temperature_for(cost, 1e6, 0.1, 10.0), 10.0) << "more than there are: the upper end";
 }
 
 TEST_P(AverageTest, AverageFollowsTheReferenceForEveryNumberOfSamples) {
@@ -122,13 +122,13 @@ TEST_P(AverageTest, AverageFollowsTheReferenceForEveryNumberOfSamples) {
     }
     std::vector<double> mean(kSteps * kInputs, 0.25), expected(kSteps * kInputs, 0.25);
     const std::span<const float> weight(memory.data() + 1, static_cast<std::size_t>(samples));
-    accumulate_average(weight, inputs.block(), mean.data());
+    backend().accumulate_average(weight, inputs.block(), mean.data());
     accumulate_average_reference(weight, inputs.block(), expected.data());
     for (std::size_t i = 0; i < mean.size(); ++i) ASSERT_NEAR(mean[i], expected[i], 1e-10) << samples;
   }
 }
 
-ON_EVERY_ISA(AverageTest);
+ON_EVERY_BACKEND(AverageTest);
 
 }  // namespace
 }  // namespace gatefield::kernels

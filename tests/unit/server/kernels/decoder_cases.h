@@ -68,6 +68,15 @@ struct Points {
   }
 };
 
+/// Bytes that a copy takes beside the weights that all share.
+inline std::size_t size_of(const FoldedDecoder& folded) {
+  const PackedLayer& packed = folded.packed;
+  return sizeof folded +
+         sizeof(float) * (folded.first.weight.size() + folded.first.bias.size() + packed.weight.size() +
+                          packed.bias.size() + packed.tile_bias.size()) +
+         sizeof(std::uint32_t) * (packed.pairs.size() + packed.tiles.size());
+}
+
 struct Shape {
   DecoderKind kind;
   std::vector<int> hidden;

@@ -7,12 +7,12 @@
 
 #include "common/base/random.h"
 #include "tests/unit/server/kernels/decoder_cases.h"
-#include "tests/unit/server/kernels/every_isa.h"
+#include "tests/unit/server/kernels/every_backend.h"
 
 namespace gatefield::kernels {
 namespace {
 
-class DecoderTest : public EveryIsa {};
+class DecoderTest : public EveryBackend {};
 
 Eigen::Isometry3d capture_pose() {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
@@ -70,16 +70,16 @@ TEST_P(DecoderTest, GivesWhatThePlainNetworkGives) {
     const DecoderWeights weights = random_weights(shape.kind, shape.hidden, shape.octaves, 5);
     const std::vector<float> latent = random_latent(weights.latent_size, 6);
     FoldedDecoder folded;
-    fold(weights, latent, X_WC, &folded);
+    fold(backend().prepare(weights), latent, X_WC, &folded);
     const Points points(150);
     std::vector<float> sdf(150), reference(150);
-    decode(folded, points.x, points.y, points.z, sdf);
+    folded.decode(points.x, points.y, points.z, sdf);
     decode_reference(folded, points.x, points.y, points.z, reference);
     for (std::size_t i = 0; i < 150; ++i) {
       const double expected = plain_network(weights, latent, X_WC, {points.x[i], points.y[i], points.z[i]});
       ASSERT_NEAR(reference[i], expected, 1e-4)
           << "reference, first width " << (shape.hidden.empty() ? 0 : shape.hidden[0]);
-      ASSERT_NEAR(sdf[i], reference[i], decode_tolerance_m())
+      ASSERT_NEAR(sdf[i], reference[i], backend().decode_tolerance_m())
           << "first width " << (shape.hidden.empty() ? 0 : shape.hidden[0]);
     }
   }
@@ -97,10 +97,10 @@ TEST_P(DecoderTest, SumsOfTheLargestWeightsAndActivationsStayWhole) {
       std::fill(weights.layers[0].bias.begin(), weights.layers[0].bias.end(), value > 0 ? 0.0f : 1e6f);
       std::fill(weights.layers[1].weight.begin(), weights.layers[1].weight.end(), 0.25f);
       FoldedDecoder folded;
-      fold(weights, std::vector<float>(32, 0.0f), Eigen::Isometry3d::Identity(), &folded);
+      fold(backend().prepare(weights), std::vector<float>(32, 0.0f), Eigen::Isometry3d::Identity(), &folded);
       const Points points(40);
       std::vector<float> sdf(40), reference(40);
-      decode(folded, points.x, points.y, points.z, sdf);
+      folded.decode(points.x, points.y, points.z, sdf);
       decode_reference(folded, points.x, points.y, points.z, reference);
       for (std::size_t i = 0; i < sdf.size(); ++i)
         ASSERT_NEAR(sdf[i], reference[i], 1e-3 * std::abs(reference[i])) << width << ", " << value;
@@ -111,15 +111,15 @@ TEST_P(DecoderTest, SumsOfTheLargestWeightsAndActivationsStayWhole) {
 TEST_P(DecoderTest, TakesAnyNumberOfPointsFromAnyAddress) {
   const DecoderWeights weights = random_weights(DecoderKind::kConcatenated, {40, 24}, 4, 8);
   FoldedDecoder folded;
-  fold(weights, random_latent(weights.latent_size, 9), capture_pose(), &folded);
+  fold(backend().prepare(weights), random_latent(weights.latent_size, 9), capture_pose(), &folded);
   const Points points(205, 3);
   std::vector<float> all(205);
-  decode(folded, points.x, points.y, points.z, all);
+  folded.decode(points.x, points.y, points.z, all);
   for (std::size_t first = 0; first < 3; ++first) {
     for (std::size_t count = 0; count <= 200; count += count < 67 ? 1 : 19) {
       std::vector<float> sdf(count + 2, -7.0f);
-      decode(folded, std::span(points.x).subspan(first, count), std::span(points.y).subspan(first, count),
-             std::span(points.z).subspan(first, count), std::span(sdf).subspan(1, count));
+      folded.decode(std::span(points.x).subspan(first, count), std::span(points.y).subspan(first, count),
+                    std::span(points.z).subspan(first, count), std::span(sdf).subspan(1, count));
       EXPECT_EQ(sdf.front(), -7.0f);
       EXPECT_EQ(sdf.back(), -7.0f);
       for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(sdf[i + 1], all[first + i]) << i << " of " << count;
@@ -132,7 +132,7 @@ TEST_P(DecoderTest, StaysFiniteForFinitePointsAndSaysNanForOthers) {
   for (const Shape& shape : kShapes) {
     const DecoderWeights weights = random_weights(shape.kind, shape.hidden, shape.octaves, 15);
     FoldedDecoder folded;
-    fold(weights, random_latent(weights.latent_size, 16), capture_pose(), &folded);
+    fold(backend().prepare(weights), random_latent(weights.latent_size, 16), capture_pose(), &folded);
     Points points(20);
     const float finite[] = {3e38f, -3e38f, 1e30f, -1e20f, 1e9f, 1e-45f, 0.0f, -0.0f};
     std::copy(std::begin(finite), std::end(finite), points.x.begin());
@@ -142,7 +142,7 @@ TEST_P(DecoderTest, StaysFiniteForFinitePointsAndSaysNanForOthers) {
     points.x[16] = kInfinity;
     points.y[17] = std::nanf("");
     std::vector<float> sdf(20), reference(20);
-    decode(folded, points.x, points.y, points.z, sdf);
+    folded.decode(points.x, points.y, points.z, sdf);
     decode_reference(folded, points.x, points.y, points.z, reference);
     for (std::size_t i = 0; i < 20; ++i) {
       const bool number = std::isfinite(points.x[i]) && std::isfinite(points.y[i]) && std::isfinite(points.z[i]);
@@ -152,6 +152,58 @@ TEST_P(DecoderTest, StaysFiniteForFinitePointsAndSaysNanForOthers) {
   }
 }
 
+TEST_P(DecoderTest, PlacingIsFoldingThereBitForBit) {
+  for (const Shape& shape : kShapes) {
+    const auto prepared = backend().prepare(random_weights(shape.kind, shape.hidden, shape.octaves, 5));
+    const std::vector<float> latent = random_latent(prepared->weights().latent_size, 6);
+    FoldedDecoder moved, there;
+    fold(prepared, latent, Eigen::Isometry3d::Identity(), &moved);
+    moved.place(capture_pose());
+    fold(prepared, latent, capture_pose(), &there);
+    const Points points(40);
+    std::vector<float> sdf(40), expected(40);
+    moved.decode(points.x, points.y, points.z, sdf);
+    there.decode(points.x, points.y, points.z, expected);
+    EXPECT_EQ(sdf, expected);
+  }
+}
+
+TEST_P(DecoderTest, AdoptingWhatAnotherBackEndFoldedGivesWhatItFoldsItself) {
+  for (const Shape& shape : kShapes) {
+    const DecoderWeights weights = random_weights(shape.kind, shape.hidden, shape.octaves, 5);
+    const std::vector<float> latent = random_latent(weights.latent_size, 6);
+    const auto prepared = backend().prepare(weights);
+    const Points points(40);
+    std::vector<float> sdf(40), expected(40);
+    FoldedDecoder own;
+    fold(prepared, latent, capture_pose(), &own);
+    own.decode(points.x, points.y, points.z, expected);
+    for (const Backend* other : available_backends()) {
+      FoldedDecoder folded;
+      fold(other->prepare(weights), latent, capture_pose(), &folded);
+      adopt(prepared, &folded);
+      folded.decode(points.x, points.y, points.z, sdf);
+      EXPECT_EQ(sdf, expected) << other->name();
+    }
+  }
+}
+
+TEST_P(DecoderTest, ACopyIsAFieldOfItsOwnAndHoldsTheFirstLayerOnly) {
+  const DecoderWeights weights = random_weights(DecoderKind::kHyper, {256, 256, 256}, 0, 5);
+  FoldedDecoder copy;
+  const Points points(40);
+  std::vector<float> sdf(40), expected(40);
+  {
+    FoldedDecoder original;
+    fold(backend().prepare(weights), random_latent(weights.latent_size, 6), capture_pose(), &original);
+    original.decode(points.x, points.y, points.z, expected);
+    copy = original;
+  }
+  copy.decode(points.x, points.y, points.z, sdf);
+  EXPECT_EQ(sdf, expected);
+  EXPECT_LT(size_of(copy), sizeof(float) * weights.layers[0].weight.size() / 4);
+}
+
 TEST_P(DecoderTest, FoldingAgainTakesTheNewLatentAndShape) {
   FoldedDecoder folded;
   const Points points(40);
@@ -159,18 +211,18 @@ TEST_P(DecoderTest, FoldingAgainTakesTheNewLatentAndShape) {
     const DecoderWeights weights = random_weights(shape.kind, shape.hidden, shape.octaves, 25);
     for (const std::uint64_t seed : {1u, 2u}) {
       const std::vector<float> latent = random_latent(weights.latent_size, seed);
-      fold(weights, latent, capture_pose(), &folded);
+      fold(backend().prepare(weights), latent, capture_pose(), &folded);
       FoldedDecoder fresh;
-      fold(weights, latent, capture_pose(), &fresh);
+      fold(backend().prepare(weights), latent, capture_pose(), &fresh);
       std::vector<float> again(40), first(40);
-      decode(folded, points.x, points.y, points.z, again);
-      decode(fresh, points.x, points.y, points.z, first);
+      folded.decode(points.x, points.y, points.z, again);
+      fresh.decode(points.x, points.y, points.z, first);
       EXPECT_EQ(again, first);
     }
   }
 }
 
-ON_EVERY_ISA(DecoderTest);
+ON_EVERY_BACKEND(DecoderTest);
 
 }  // namespace
 }  // namespace gatefield::kernels

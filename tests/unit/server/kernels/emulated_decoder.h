@@ -5,12 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
-#include <span>
-#include <vector>
 
 #include "server/kernels/decoder/blocks-inl.h"
-#include "server/kernels/decoder/decoder.h"
+#include "server/kernels/decoder/cpu_decoder.h"
 #include "server/kernels/decoder/tiled-inl.h"
 #include "tests/unit/server/kernels/emulated_tiles.h"
 
@@ -22,7 +21,7 @@ namespace gatefield::kernels {
 struct EmulatedBlock {
   template <std::size_t kP>
   static void Run(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W, float* sdf) {
-    alignas(64) float encoded[(kMostInputs + tiled::kTileInputs) * kP * 16];
+    alignas(64) float encoded[(kMaxWidth + tiled::kTileInputs) * kP * 16];
     alignas(64) float s[kP * 16];
     for (float& value : encoded) value = std::nanf("");  // what isn't an input must not matter
     for (std::size_t i = 0; i < kP * 16; ++i) {
@@ -42,17 +41,18 @@ struct EmulatedBlock {
   }
 };
 
-/// What decode() gives on a machine with AMX, but for the last bits of the encoding.
-inline void decode_emulated(const FoldedDecoder& folded, std::span<const float> x_W, std::span<const float> y_W,
-                            std::span<const float> z_W, std::vector<float>* sdf) {
-  FoldedDecoder with_tiles = folded;
-  lay_out_tiles(&with_tiles);
+inline void decode_with_emulated_tiles(const DecoderView& net, const float* x_W, const float* y_W, const float* z_W,
+                                       float* sdf, std::size_t count) {
   EmulatedTiles::mistakes = 0;
   EmulatedTiles::Configure();
-  HWY_NAMESPACE::InBlocks<EmulatedBlock, 2, 16>(view_of(with_tiles), x_W.data(), y_W.data(), z_W.data(), sdf->data(),
-                                                x_W.size());
+  HWY_NAMESPACE::InBlocks<EmulatedBlock, 2, 16>(net, x_W, y_W, z_W, sdf, count);
   EmulatedTiles::Release();
   EXPECT_EQ(EmulatedTiles::mistakes, 0);
+}
+
+/// What the back end avx3_amx prepares, for any machine; values agree but for the last bits of the encoding.
+inline std::shared_ptr<const PreparedDecoder> prepare_emulated(const model::DecoderWeights& weights) {
+  return std::make_shared<CpuDecoder>(weights, DecodeKernel{Layout::kTiles, decode_with_emulated_tiles});
 }
 
 }  // namespace gatefield::kernels

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/unit/server/kernels/every_isa.h"
+#include "tests/unit/server/kernels/every_backend.h"
 
 namespace gatefield::kernels {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 constexpr NoiseShape kPlain{{1, 1, 1, 1}, {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}};
 constexpr NoiseShape kQuadrotor{{3, 2, 2.5, 9}, {{{1, -1, -1, 1}, {1, 1, 1, 1}, {1, 1, -1, -1}, {1, -1, 1, -1}}}};
 
-class NoiseTest : public EveryIsa {};
+class NoiseTest : public EveryBackend {};
 
 TEST_P(NoiseTest, FollowsTheReferenceForEveryNumberOfSamples) {
   constexpr int kSteps = 3;
@@ -20,7 +20,7 @@ TEST_P(NoiseTest, FollowsTheReferenceForEveryNumberOfSamples) {
   for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5f * static_cast<float>(i) - 2.0f;
   for (int samples = 1; samples <= 67; ++samples) {
     OwnedBlock inputs(kSteps, kInputs, samples), expected(kSteps, kInputs, samples);
-    sample(kQuadrotor, 0x123456789abcdefULL, 0xfedcba9876543ULL, 1000, mean.data(), inputs.block());
+    backend().sample(kQuadrotor, 0x123456789abcdefULL, 0xfedcba9876543ULL, 1000, mean.data(), inputs.block());
     sample_reference(kQuadrotor, 0x123456789abcdefULL, 0xfedcba9876543ULL, 1000, mean.data(), expected.block());
     ASSERT_TRUE(inputs.guards_hold());
     // |dn| <= 1e-5 through the four factors of a row, and single precision's rounding of the sum
@@ -37,7 +37,7 @@ TEST_P(NoiseTest, NormalsAreWithinToleranceOfTheReference) {
   constexpr int kSamples = 20000;
   const std::vector<float> mean(kInputs, 0.0f);
   OwnedBlock inputs(1, kInputs, kSamples), expected(1, kInputs, kSamples);
-  sample(kPlain, 42, 1, 1, mean.data(), inputs.block());
+  backend().sample(kPlain, 42, 1, 1, mean.data(), inputs.block());
   sample_reference(kPlain, 42, 1, 1, mean.data(), expected.block());
   for (int i = 0; i < kInputs; ++i) {
     for (int m = 0; m < kSamples; ++m) ASSERT_NEAR(inputs.at(0, i, m), expected.at(0, i, m), 1e-5);
@@ -48,12 +48,12 @@ TEST_P(NoiseTest, SameBitsWhateverTheBlocks) {
   constexpr int kSamples = 150;
   const std::vector<float> mean(2 * kInputs, 1.5f);
   OwnedBlock whole(2, kInputs, kSamples);
-  sample(kQuadrotor, 9, 77, 0, mean.data(), whole.block());
+  backend().sample(kQuadrotor, 9, 77, 0, mean.data(), whole.block());
   for (const int size : {1, 7, 16, 48, 149}) {
     for (int first = 0; first < kSamples; first += size) {
       const int count = std::min(size, kSamples - first);
       OwnedBlock part(2, kInputs, count);
-      sample(kQuadrotor, 9, 77, first, mean.data(), part.block());
+      backend().sample(kQuadrotor, 9, 77, first, mean.data(), part.block());
       for (int k = 0; k < 2; ++k) {
         for (int i = 0; i < kInputs; ++i) {
           for (int m = 0; m < count; ++m) ASSERT_EQ(part.at(k, i, m), whole.at(k, i, first + m));
@@ -66,23 +66,23 @@ TEST_P(NoiseTest, SameBitsWhateverTheBlocks) {
 TEST_P(NoiseTest, FirstSampleIsThePlanItself) {
   const std::vector<float> mean{1, -2, 3, -4};
   OwnedBlock inputs(1, kInputs, 20);
-  sample(kQuadrotor, 5, 5, 0, mean.data(), inputs.block());
+  backend().sample(kQuadrotor, 5, 5, 0, mean.data(), inputs.block());
   for (int i = 0; i < kInputs; ++i) {
     EXPECT_EQ(inputs.at(0, i, 0), mean[static_cast<std::size_t>(i)]);
     EXPECT_NE(inputs.at(0, i, 1), mean[static_cast<std::size_t>(i)]);
   }
-  sample(kQuadrotor, 5, 5, 16, mean.data(), inputs.block());
+  backend().sample(kQuadrotor, 5, 5, 16, mean.data(), inputs.block());
   for (int i = 0; i < kInputs; ++i) EXPECT_NE(inputs.at(0, i, 0), mean[static_cast<std::size_t>(i)]);
 }
 
 TEST_P(NoiseTest, SeedStepAndTimeAllChangeTheNumbers) {
   const std::vector<float> mean(2 * kInputs, 0.0f);
   OwnedBlock a(2, kInputs, 16), b(2, kInputs, 16);
-  sample(kPlain, 1, 1, 1, mean.data(), a.block());
+  backend().sample(kPlain, 1, 1, 1, mean.data(), a.block());
   EXPECT_NE(a.at(0, 0, 3), a.at(1, 0, 3));
   const std::pair<std::uint64_t, std::uint64_t> others[] = {{2, 1}, {1ULL << 32 | 1, 1}, {1, 2}, {1, 1ULL << 32 | 1}};
   for (const auto& [seed, step] : others) {
-    sample(kPlain, seed, step, 1, mean.data(), b.block());
+    backend().sample(kPlain, seed, step, 1, mean.data(), b.block());
     EXPECT_NE(a.at(0, 0, 3), b.at(0, 0, 3)) << seed << ", " << step;
   }
 }
@@ -95,7 +95,7 @@ TEST_P(NoiseTest, IsStandardNormalAndIndependent) {
          neighbour[4] = {};
   double within_one_sigma = 0, beyond_three_sigma = 0;
   for (int block = 0; block < kBlocks; ++block) {
-    sample(kPlain, 2024, static_cast<std::uint64_t>(block), 1, mean.data(), inputs.block());
+    backend().sample(kPlain, 2024, static_cast<std::uint64_t>(block), 1, mean.data(), inputs.block());
     for (int k = 0; k < kSteps; ++k) {
       for (int m = 0; m < kSamples; ++m) {
         for (int i = 0; i < 4; ++i) {
@@ -129,7 +129,7 @@ TEST_P(NoiseTest, IsStandardNormalAndIndependent) {
   EXPECT_NEAR(beyond_three_sigma / (4 * N), 0.0026998, 0.0004);
 }
 
-ON_EVERY_ISA(NoiseTest);
+ON_EVERY_BACKEND(NoiseTest);
 
 }  // namespace
 }  // namespace gatefield::kernels

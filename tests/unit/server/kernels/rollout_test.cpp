@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "common/base/random.h"
-#include "tests/unit/server/kernels/every_isa.h"
+#include "tests/unit/server/kernels/every_backend.h"
 
 namespace gatefield::kernels {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 constexpr double kDt_s = 0.03;
 constexpr int kSteps = 20;
 
-class RolloutTest : public EveryIsa {};
+class RolloutTest : public EveryBackend {};
 
 QuadrotorState racing_state() {
   QuadrotorState start;
@@ -52,7 +52,7 @@ TEST_P(RolloutTest, FollowsTheReferenceForEveryNumberOfSamples) {
     fill_inputs(inputs, 7, 15.0);
     fill_inputs(expected_inputs, 7, 15.0);
 
-    rollout(model, racing_state(), kDt_s, inputs.block(), states.block());
+    backend().rollout(model, racing_state(), kDt_s, inputs.block(), states.block());
     rollout_reference(model, racing_state(), kDt_s, expected_inputs.block(), expected.block());
 
     ASSERT_TRUE(inputs.guards_hold() && states.guards_hold()) << samples << " samples";
@@ -78,7 +78,7 @@ TEST_P(RolloutTest, SaysWhatWasAppliedAfterTheLimits) {
   inputs.at(0, 2, 0) = 1000.0f;  // stops at thrust_rate_max_n_s
   inputs.at(0, 3, 0) = 7.0f;
 
-  rollout(model, start, kDt_s, inputs.block(), states.block());
+  backend().rollout(model, start, kDt_s, inputs.block(), states.block());
 
   EXPECT_NEAR(inputs.at(0, 0, 0), 0.1 / kDt_s, 1e-3);
   EXPECT_NEAR(inputs.at(0, 1, 0), -0.1 / kDt_s, 1e-3);
@@ -92,7 +92,7 @@ TEST_P(RolloutTest, HoversOnTheSpot) {
   start.p_WB = {1, 2, 3};
   start.thrust_n = start.thrust_command_n = hover_thrust_n(model);
   OwnedBlock inputs(kSteps, kInputs, 5), states(kSteps, kStateChannels, 5);
-  rollout(model, start, kDt_s, inputs.block(), states.block());
+  backend().rollout(model, start, kDt_s, inputs.block(), states.block());
   for (int m = 0; m < 5; ++m) {
     EXPECT_NEAR(states.at(kSteps - 1, kPx, m), 1, 1e-5);
     EXPECT_NEAR(states.at(kSteps - 1, kPy, m), 2, 1e-5);
@@ -104,7 +104,7 @@ TEST_P(RolloutTest, HoversOnTheSpot) {
 TEST_P(RolloutTest, KeepsTheQuaternionAtUnitLength) {
   OwnedBlock inputs(200, kInputs, 33), states(200, kStateChannels, 33);
   fill_inputs(inputs, 3, 30.0);
-  rollout(QuadrotorModel{}, racing_state(), kDt_s, inputs.block(), states.block());
+  backend().rollout(QuadrotorModel{}, racing_state(), kDt_s, inputs.block(), states.block());
   for (int k = 0; k < 200; ++k) {
     for (int m = 0; m < 33; ++m) {
       const double norm = std::sqrt(std::pow(states.at(k, kQw, m), 2) + std::pow(states.at(k, kQx, m), 2) +
@@ -136,7 +136,7 @@ TEST_P(RolloutTest, StaysFiniteWhateverTheInputsAre) {
     for (const double dt_s : {0.001, 0.03, 0.5}) {
       OwnedBlock applied = inputs;
       SampleBlock block = inputs.block();
-      rollout(QuadrotorModel{}, start, dt_s, block, states.block());
+      backend().rollout(QuadrotorModel{}, start, dt_s, block, states.block());
       for (int k = 0; k < 60; ++k) {
         for (int m = 0; m < padded_samples(67); ++m) {
           for (int c = 0; c < kStateChannels; ++c)
@@ -159,13 +159,13 @@ TEST_P(RolloutTest, ASampleDoesNotDependOnItsPlaceInTheBlock) {
   for (int k = 0; k < kSteps; ++k) {
     for (int i = 0; i < kInputs; ++i) one.at(k, i, 0) = many.at(k, i, 137);
   }
-  rollout(QuadrotorModel{}, racing_state(), kDt_s, many.block(), many_states.block());
-  rollout(QuadrotorModel{}, racing_state(), kDt_s, one.block(), one_state.block());
+  backend().rollout(QuadrotorModel{}, racing_state(), kDt_s, many.block(), many_states.block());
+  backend().rollout(QuadrotorModel{}, racing_state(), kDt_s, one.block(), one_state.block());
   for (int c = 0; c < kStateChannels; ++c)
     EXPECT_EQ(one_state.at(kSteps - 1, c, 0), many_states.at(kSteps - 1, c, 137));
 }
 
-ON_EVERY_ISA(RolloutTest);
+ON_EVERY_BACKEND(RolloutTest);
 
 }  // namespace
 }  // namespace gatefield::kernels

@@ -9,15 +9,14 @@
 
 #include "common/base/random.h"
 #include "server/kernels/decoder/decoder.h"
+#include "tests/unit/server/kernels/decoder_cases.h"
 #include "tests/unit/server/kernels/emulated_decoder.h"
-#include "tests/unit/server/kernels/every_isa.h"
+#include "tests/unit/server/kernels/every_backend.h"
 
 namespace gatefield::kernels {
 namespace {
 
-using model::DecoderKind;
-
-class ShippedDecoderTest : public EveryIsa {};
+class ShippedDecoderTest : public EveryBackend {};
 
 /// A shipped model and latents that its encoder gave: of its test case, and of that one mirrored and moved.
 struct Shipped {
@@ -58,9 +57,8 @@ struct Ball {
   std::vector<float> x, y, z;
 };
 
-/// Largest error of `decode`, which it records, over a model's latents.
-template <typename Decode>
-double worst_error(const std::string& name, const Ball& ball, Decode decode_with) {
+/// Largest error of a model's decoder, which it records, over the model's latents.
+double worst_error(const std::string& name, const Ball& ball, const std::shared_ptr<const PreparedDecoder>& decoder) {
   static std::map<std::pair<std::string, std::size_t>, std::vector<std::vector<float>>> known;  // slow to compute
   std::vector<std::vector<float>>& references = known[{name, ball.x.size()}];
   references.resize(shipped(name).latents.size());
@@ -68,10 +66,10 @@ double worst_error(const std::string& name, const Ball& ball, Decode decode_with
   for (std::size_t which = 0; which < references.size(); ++which) {
     const std::vector<float>& latent = shipped(name).latents[which];
     FoldedDecoder folded;
-    fold(shipped(name).bundle->decoder(), latent, Eigen::Isometry3d::Identity(), &folded);
+    fold(decoder, latent, Eigen::Isometry3d::Identity(), &folded);
     std::vector<float> sdf(ball.x.size());
     std::vector<float>& reference = references[which];
-    decode_with(folded, &sdf);
+    folded.decode(ball.x, ball.y, ball.z, sdf);
     if (reference.empty()) {
       reference.resize(ball.x.size());
       decode_reference(folded, ball.x, ball.y, ball.z, reference);
@@ -91,24 +89,29 @@ double worst_error(const std::string& name, const Ball& ball, Decode decode_with
 TEST_P(ShippedDecoderTest, KeepsTheStatedTolerance) {
   const Ball ball(2000);
   for (const char* name : {"race", "race-stereo", "race-z64", "paper"}) {
-    const double worst = worst_error(name, ball, [&](const FoldedDecoder& folded, std::vector<float>* sdf) {
-      decode(folded, ball.x, ball.y, ball.z, *sdf);
-    });
-    EXPECT_LE(worst, decode_tolerance_m()) << name;
+    const double worst = worst_error(name, ball, backend().prepare(shipped(name).bundle->decoder()));
+    EXPECT_LE(worst, backend().decode_tolerance_m()) << name;
   }
 }
 
 TEST(ShippedDecoder, KeepsTheToleranceStatedForTiles) {
   const Ball ball(200);
   for (const char* name : {"race", "race-stereo", "race-z64", "paper"}) {
-    const double worst = worst_error(name, ball, [&](const FoldedDecoder& folded, std::vector<float>* sdf) {
-      decode_emulated(folded, ball.x, ball.y, ball.z, sdf);
-    });
+    const double worst = worst_error(name, ball, prepare_emulated(shipped(name).bundle->decoder()));
     EXPECT_LE(worst, 1e-3) << name;
   }
 }
 
-ON_EVERY_ISA(ShippedDecoderTest);
+TEST_P(ShippedDecoderTest, WhatALatentMakesOfItIsAFewKilobytes) {
+  for (const char* name : {"race", "race-stereo", "race-z64", "paper"}) {
+    FoldedDecoder folded;
+    fold(backend().prepare(shipped(name).bundle->decoder()), shipped(name).latents[0], Eigen::Isometry3d::Identity(),
+         &folded);
+    EXPECT_LE(size_of(folded), 8u << 10) << name;
+  }
+}
+
+ON_EVERY_BACKEND(ShippedDecoderTest);
 
 }  // namespace
 }  // namespace gatefield::kernels

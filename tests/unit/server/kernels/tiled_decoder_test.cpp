@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "server/kernels/isa.h"
+#include "server/kernels/backend.h"
 #include "tests/unit/server/kernels/decoder_cases.h"
 #include "tests/unit/server/kernels/emulated_decoder.h"
 
@@ -41,13 +41,13 @@ TEST(EmulatedTiles, MultiplyAsTheManualSays) {
 
 TEST(TiledDecoder, FollowsTheReferenceForEveryShape) {
   for (const Shape& shape : kShapes) {
-    if (shape.hidden.empty()) continue;  // decode() has nothing to multiply there
+    if (shape.hidden.empty()) continue;  // there is nothing to multiply in tiles
     const DecoderWeights weights = random_weights(shape.kind, shape.hidden, shape.octaves, 5);
     FoldedDecoder folded;
-    fold(weights, random_latent(weights.latent_size, 6), Eigen::Isometry3d::Identity(), &folded);
+    fold(prepare_emulated(weights), random_latent(weights.latent_size, 6), Eigen::Isometry3d::Identity(), &folded);
     const Points points(75);
     std::vector<float> sdf(75), reference(75);
-    decode_emulated(folded, points.x, points.y, points.z, &sdf);
+    folded.decode(points.x, points.y, points.z, sdf);
     decode_reference(folded, points.x, points.y, points.z, reference);
     for (std::size_t i = 0; i < sdf.size(); ++i)
       ASSERT_NEAR(sdf[i], reference[i], 1e-3) << "first width " << shape.hidden[0] << ", point " << i;
@@ -57,34 +57,35 @@ TEST(TiledDecoder, FollowsTheReferenceForEveryShape) {
 TEST(TiledDecoder, TakesAnyNumberOfPoints) {
   const DecoderWeights weights = random_weights(DecoderKind::kConcatenated, {40, 24}, 4, 8);
   FoldedDecoder folded;
-  fold(weights, random_latent(weights.latent_size, 9), Eigen::Isometry3d::Identity(), &folded);
+  fold(prepare_emulated(weights), random_latent(weights.latent_size, 9), Eigen::Isometry3d::Identity(), &folded);
   const Points all(99, 3);
   std::vector<float> expected(99);
-  decode_emulated(folded, all.x, all.y, all.z, &expected);
+  folded.decode(all.x, all.y, all.z, expected);
   for (const std::size_t count : {0, 1, 15, 16, 17, 31, 32, 33, 48, 63, 64, 98}) {
     Points some = all;
     for (auto* values : {&some.x, &some.y, &some.z}) values->resize(count);
     std::vector<float> sdf(count + 1, -7.0f);
-    decode_emulated(folded, some.x, some.y, some.z, &sdf);
+    folded.decode(some.x, some.y, some.z, std::span(sdf).first(count));
     EXPECT_EQ(sdf.back(), -7.0f);
     for (std::size_t i = 0; i < count; ++i) ASSERT_EQ(sdf[i], expected[i]) << i << " of " << count;
   }
 }
 
 TEST(TiledDecoder, TheMachinesOwnTilesFollowTheEmulatedOnes) {
-  // Where the machine has none, single precision takes their place, and the tolerance is the same.
-  ASSERT_TRUE(select_isa(available(Arithmetic::kTiles) ? "avx3_amx" : "auto").ok());
+  const Backend* const own = find_backend("avx3_amx");
+  if (own == nullptr || !own->supported()) GTEST_SKIP() << "no AMX here";
   for (const int width : {16, 64, 100, 128}) {
     const DecoderWeights weights = random_weights(DecoderKind::kHyper, {width, width}, 0, 5);
-    FoldedDecoder folded;
-    fold(weights, random_latent(weights.latent_size, 6), Eigen::Isometry3d::Identity(), &folded);
+    const std::vector<float> latent = random_latent(weights.latent_size, 6);
+    FoldedDecoder folded, folded_emulated;
+    fold(own->prepare(weights), latent, Eigen::Isometry3d::Identity(), &folded);
+    fold(prepare_emulated(weights), latent, Eigen::Isometry3d::Identity(), &folded_emulated);
     const Points points(77);
     std::vector<float> sdf(77), emulated(77);
-    decode_emulated(folded, points.x, points.y, points.z, &emulated);
-    decode(folded, points.x, points.y, points.z, sdf);
+    folded_emulated.decode(points.x, points.y, points.z, emulated);
+    folded.decode(points.x, points.y, points.z, sdf);
     for (std::size_t i = 0; i < sdf.size(); ++i) ASSERT_NEAR(sdf[i], emulated[i], 1e-3) << width;
   }
-  ASSERT_TRUE(select_isa("auto").ok());
 }
 
 }  // namespace

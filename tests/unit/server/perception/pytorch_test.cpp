@@ -12,7 +12,7 @@
 #include "common/model/bundle.h"
 #include "common/model/decoder_reading.h"
 #include "common/model/onnx_file.h"
-#include "server/kernels/decoder/decoder.h"
+#include "server/kernels/backend.h"
 #include "server/perception/depth_encoder.h"
 
 /// Networks as torch.onnx.export writes them (tests/data/pytorch/make.py), held against what PyTorch computes with
@@ -91,9 +91,9 @@ void expect_sdf(const model::DecoderWeights& weights, const std::string& name) {
     z.push_back(points[3 * n + 2]);
   }
   kernels::FoldedDecoder folded;
-  kernels::fold(weights, wave(static_cast<std::size_t>(weights.latent_size), 0.7, 1.0), Eigen::Isometry3d::Identity(),
-                &folded);
-  kernels::decode(folded, x, y, z, sdf);
+  kernels::fold(kernels::best_backend().prepare(weights), wave(static_cast<std::size_t>(weights.latent_size), 0.7, 1.0),
+                Eigen::Isometry3d::Identity(), &folded);
+  folded.decode(x, y, z, sdf);
   kernels::decode_reference(folded, x, y, z, reference);
   const std::vector<float> answers = expected(name);
   ASSERT_EQ(answers.size(), 20u);

@@ -35,9 +35,9 @@ TEST(Annotation, StraightThroughTheMiddlePasses) {
   fly(fixture, 0, -1.0f, 0.0f, 0.24f, 0.0f, context);
   fixture.annotate(context);
   EXPECT_NEAR(fixture.along(3, 0), -0.04f, 1e-5f);
-  EXPECT_EQ(fixture.passed(3, 0), 0.0f);
-  EXPECT_EQ(fixture.passed(4, 0), 1.0f);
-  EXPECT_EQ(fixture.passed(7, 0), 1.0f);
+  EXPECT_EQ(fixture.through(3, 0), 0.0f);
+  EXPECT_EQ(fixture.through(4, 0), 1.0f);
+  EXPECT_EQ(fixture.through(7, 0), 1.0f);
   EXPECT_NEAR(fixture.crossing(0), 0.5f, 1e-4f);
 }
 
@@ -46,7 +46,7 @@ TEST(Annotation, ObliqueCrossingLosesClearanceOverTheSlab) {
   BatchFixture fixture(8, 1);
   fly(fixture, 0, -1.0f, -1.0f, 0.24f, 0.24f, context);  // through (0, 0) at 45 degrees
   fixture.annotate(context);
-  EXPECT_EQ(fixture.passed(7, 0), 1.0f);
+  EXPECT_EQ(fixture.through(7, 0), 1.0f);
   EXPECT_LT(fixture.crossing(0), 0.5f);
   EXPECT_GT(fixture.crossing(0), 0.5f - 0.24f - 0.16f - 1e-4f);  // never more pessimistic than a step's own length
 }
@@ -56,7 +56,7 @@ TEST(Annotation, IntoTheFrameIsACrossingWithoutClearanceAndNotPassed) {
   BatchFixture fixture(8, 1);
   fly(fixture, 0, -1.0f, 0.6f, 0.24f, 0.0f, context);
   fixture.annotate(context);
-  EXPECT_EQ(fixture.passed(7, 0), 0.0f);
+  EXPECT_EQ(fixture.through(7, 0), 0.0f);
   EXPECT_NEAR(fixture.crossing(0), -0.1f, 1e-4f);
 }
 
@@ -78,7 +78,7 @@ TEST(Annotation, TheCornerOfASquareOpeningIsTheFrameOfARoundOne) {
     }
     fixture.annotate(context);
     const bool round = opening == GateShape::Opening::kRound;
-    EXPECT_EQ(fixture.passed(7, 0), round ? 0.0f : 1.0f);
+    EXPECT_EQ(fixture.through(7, 0), round ? 0.0f : 1.0f);
     EXPECT_NEAR(fixture.crossing(0), round ? 0.5f - std::hypot(0.4f, 0.4f) : 0.1f, 1e-3f);
   }
 }
@@ -94,7 +94,7 @@ TEST(Annotation, ComingBackOutsideTheFrameIsFreeButThroughItIsNot) {
   fly(fixture, 0, 1.0f, 0.6f, -0.24f, 0.0f, through);
   fixture.annotate(through);
   EXPECT_LT(fixture.crossing(0), 0.0f);
-  EXPECT_EQ(fixture.passed(7, 0), 0.0f);
+  EXPECT_EQ(fixture.through(7, 0), 0.0f);
 }
 
 TEST(Annotation, TurningInTheOpeningMeetsThePost) {
@@ -109,7 +109,7 @@ TEST(Annotation, TurningInTheOpeningMeetsThePost) {
     }
   }
   fixture.annotate(context);
-  EXPECT_EQ(fixture.passed(0, 0), 1.0f);
+  EXPECT_EQ(fixture.through(0, 0), 1.0f);
   EXPECT_NEAR(fixture.crossing(0), -0.25f, 1e-4f);  // at y = 0.75
   EXPECT_GT(fixture.crossing(1), 0.2f);
 }
@@ -119,7 +119,7 @@ TEST(Annotation, WithoutAFieldTheAxisIsTheMeasure) {
   BatchFixture fixture(8, 1);
   fly(fixture, 0, -1.0f, 0.2f, 0.24f, 0.0f, context, false);
   fixture.annotate(context);
-  EXPECT_EQ(fixture.passed(7, 0), 1.0f);
+  EXPECT_EQ(fixture.through(7, 0), 1.0f);
   EXPECT_NEAR(fixture.crossing(0), 0.3f, 1e-3f);
 }
 
@@ -128,7 +128,7 @@ TEST(Annotation, CrossingInTheFirstStepIsSeen) {
   BatchFixture fixture(2, 100);
   for (int m = 0; m < 100; ++m) fly(fixture, m, -0.1f, 0.0f, 0.24f, 0.0f, context);
   fixture.annotate(context);
-  for (int m = 0; m < 100; ++m) EXPECT_EQ(fixture.passed(0, m), 1.0f) << m;
+  for (int m = 0; m < 100; ++m) EXPECT_EQ(fixture.through(0, m), 1.0f) << m;
 }
 
 }  // namespace

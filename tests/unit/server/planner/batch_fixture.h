@@ -7,7 +7,7 @@
 
 namespace gatefield::test {
 
-/// A block of rollouts whose states a test writes by hand. Everything else is "not crossed, not passed, no field".
+/// A block of rollouts whose states a test writes by hand. Everything else is "not crossed, not through, no field".
 class BatchFixture {
  public:
   BatchFixture(int steps, int samples)
@@ -15,7 +15,7 @@ class BatchFixture {
         stride_((samples + 15) / 16 * 16),
         states_(static_cast<std::size_t>(steps * kernels::kStateChannels * stride_), 0.0f),
         along_(rows(), -1.0f),
-        passed_(rows(), 0.0f),
+        through_(rows(), 0.0f),
         field_(rows(), 0.0f),
         next_field_(rows(), 0.0f),
         clearance_(rows(), 0.0f),
@@ -25,7 +25,7 @@ class BatchFixture {
     batch.samples = samples;
     batch.stride = stride_;
     batch.along = along_.data();
-    batch.passed = passed_.data();
+    batch.through = through_.data();
     batch.crossing_clearance = crossing_.data();
     for (int k = 0; k < steps; ++k)
       for (int m = 0; m < stride_; ++m) at(k, kernels::kQw, m) = 1.0f;
@@ -38,7 +38,7 @@ class BatchFixture {
     at(k, kernels::kPz, m) = p_WB.z();
   }
   float& along(int k, int m) { return along_[index(k, m)]; }
-  float& passed(int k, int m) { return passed_[index(k, m)]; }
+  float& through(int k, int m) { return through_[index(k, m)]; }
   float& field(int k, int m) {
     batch.field = field_.data();
     return field_[index(k, m)];
@@ -55,7 +55,7 @@ class BatchFixture {
     return cost;
   }
   void annotate(const planner::PlanContext& context) {
-    planner::annotate(context, batch.states, batch.field, along_.data(), passed_.data(), clearance_.data(),
+    planner::annotate(context, batch.states, batch.field, along_.data(), through_.data(), clearance_.data(),
                       crossing_.data());
   }
 
@@ -67,7 +67,7 @@ class BatchFixture {
 
   int steps_;
   int stride_;
-  std::vector<float> states_, along_, passed_, field_, next_field_, clearance_, crossing_;
+  std::vector<float> states_, along_, through_, field_, next_field_, clearance_, crossing_;
 };
 
 /// A context with the target gate at the origin, passed along +x, and the next one 8 m beyond it to the left.

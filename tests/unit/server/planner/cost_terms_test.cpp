@@ -4,7 +4,7 @@
 #include "server/planner/costs/body_rate.h"
 #include "server/planner/costs/crossing.h"
 #include "server/planner/costs/field_clearance.h"
-#include "server/planner/costs/left_frame.h"
+#include "server/planner/costs/passed_frame.h"
 #include "server/planner/costs/progress.h"
 #include "server/planner/costs/speed.h"
 #include "server/planner/costs/visibility.h"
@@ -46,8 +46,8 @@ TEST(ProgressCost, BeyondTheOpeningTheNextGateCounts) {
   BatchFixture fixture(1, 2);
   fixture.place(0, 0, {1, 0, 0});
   fixture.place(0, 1, {1, 1, 0});
-  fixture.passed(0, 0) = 1;
-  fixture.passed(0, 1) = 1;
+  fixture.through(0, 0) = 1;
+  fixture.through(0, 1) = 1;
   const auto cost = fixture.cost_of(ProgressCost(profile), context_at_origin());
   EXPECT_LT(cost[0], -3.0f);    // more than reaching the gate is worth
   EXPECT_LT(cost[1], cost[0]);  // and more still when heading for the next one
@@ -62,7 +62,7 @@ TEST(ProgressCost, LeavingTheOpeningIsWorthItThoughTheNextGateLiesBehind) {
   const float x[] = {-0.1f, 0.1f, 0.4f};
   for (int m = 0; m < 3; ++m) {
     fixture.place(0, m, {x[m], 0, 0});
-    fixture.passed(0, m) = m > 0 ? 1 : 0;
+    fixture.through(0, m) = m > 0 ? 1 : 0;
   }
   const auto cost = fixture.cost_of(ProgressCost(profile), context);
   EXPECT_LT(cost[1], cost[0] - 0.1f);
@@ -73,7 +73,7 @@ TEST(ProgressCost, FlyingPastTheGateIsNoProgress) {
   Profile profile;
   profile.progress_weight = 1.0;
   BatchFixture fixture(1, 2);
-  fixture.place(0, 0, {1, 1.5f, 0});  // beyond the plane, outside, not passed
+  fixture.place(0, 0, {1, 1.5f, 0});  // beyond the plane, outside, not through
   fixture.place(0, 1, {-0.1f, 0, 0});
   const auto cost = fixture.cost_of(ProgressCost(profile), context_at_origin(true));
   EXPECT_GT(cost[0], cost[1] + 1.0f);
@@ -134,7 +134,7 @@ TEST(FieldClearanceCost, BeyondTheOpeningTheNextFieldOrNone) {
   profile.field_clearance_m = 1.0;
   BatchFixture fixture(1, 1);
   fixture.field(0, 0) = -1.0f;
-  fixture.passed(0, 0) = 1;
+  fixture.through(0, 0) = 1;
   EXPECT_EQ(fixture.cost_of(FieldClearanceCost(profile), context_at_origin())[0], 0.0f);
   fixture.next_field(0, 0) = 0.4f;
   EXPECT_NEAR(fixture.cost_of(FieldClearanceCost(profile), context_at_origin())[0], 0.6f, 1e-5f);
@@ -159,10 +159,10 @@ TEST(CrossingCost, GrowsWithWhatIsLackingAndSaturates) {
   EXPECT_NEAR(cost[3], 50.0f, 1e-4f);
 }
 
-TEST(LeftFrameCost, ThePostOfTheGatePassedLastIsSolid) {
-  const LeftFrameCost term(Profile{});
+TEST(PassedFrameCost, ThePostOfTheGatePassedLastIsSolid) {
+  const PassedFrameCost term(Profile{});
   PlanContext context = context_at_origin();
-  context.left = make_guidance({0, 0, 0}, {1, 0, 0}, true, 0.7, 1.5, 0.75, 1.0);
+  context.passed_gate = make_guidance({0, 0, 0}, {1, 0, 0}, true, 0.7, 1.5, 0.75, 1.0);
   BatchFixture fixture(3, 5);
   // In the opening, in the post, behind the post, far outside; and back through the opening.
   const float x[] = {0.05f, 0.05f, 0.4f, 0.05f, -0.2f}, y[] = {0.1f, 0.6f, 0.6f, 2.0f, 0.1f};
@@ -170,8 +170,8 @@ TEST(LeftFrameCost, ThePostOfTheGatePassedLastIsSolid) {
     for (int k = 0; k < 3; ++k) fixture.place(k, m, {3, y[m], 0});
     fixture.place(1, m, {x[m], y[m], 0});
   }
-  EXPECT_EQ(fixture.cost_of(term, context)[1], 0.0f);  // no gate was left
-  context.has_left = true;
+  EXPECT_EQ(fixture.cost_of(term, context)[1], 0.0f);  // no gate was passed
+  context.has_passed_gate = true;
   const auto cost = fixture.cost_of(term, context);
   EXPECT_EQ(cost[0], 0.0f);
   EXPECT_NEAR(cost[1], 100.0f * (1.0f + 4.0f * 0.31f), 0.1f);

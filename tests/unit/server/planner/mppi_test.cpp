@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <memory>
+#include <thread>
 #include <vector>
 
 #include "server/planner/planner.h"
@@ -8,6 +10,7 @@
 #include "tests/support/allocation_trap.h"
 #include "tests/support/analytic_field.h"
 #include "tests/support/crew_threads.h"
+#include "tests/unit/server/kernels/decoder_cases.h"
 
 namespace gatefield::planner {
 namespace {
@@ -124,9 +127,10 @@ TEST(Mppi, ADisturbanceMovesRolloutsAndPlanAlike) {
   PlanInput input = towards(upright_gate({50, 0, 1.5}, 0), nullptr, hovering_at({0, 0, 1.5}));
   input.disturbance_W_m_s2 = {2.0, 0, 0};
   Watcher watcher;
-  input.observer = &watcher;
+  const auto planner = make(profile);
+  planner->watch(&watcher);
   Plan plan;
-  make(profile)->plan(input, &plan);
+  planner->plan(input, &plan);
   const double horizon_s = profile.steps * profile.step_s;
   ASSERT_FALSE(watcher.last_x.empty());
   EXPECT_NEAR(watcher.last_x.front(), horizon_s * horizon_s, 1e-3);
@@ -141,11 +145,12 @@ TEST(Mppi, CorrelatedNoiseReachesFartherAndStillFliesThrough) {
     Profile profile = small_profile();
     profile.noise_sigma_n_s = {3, 0, 0, 0};  // up and down only
     profile.noise_correlation = correlation;
-    PlanInput input = towards(X_WG, &field, hovering_at({0, 0, 1.5}));
+    const PlanInput input = towards(X_WG, &field, hovering_at({0, 0, 1.5}));
     Watcher watcher;
-    input.observer = &watcher;
+    const auto planner = make(profile);
+    planner->watch(&watcher);
     Plan plan;
-    make(profile)->plan(input, &plan);
+    planner->plan(input, &plan);
     double sum = 0.0;
     for (const float z : watcher.last_z) sum += (z - 1.5) * (z - 1.5);
     return std::sqrt(sum / static_cast<double>(watcher.last_z.size()));
@@ -211,7 +216,7 @@ TEST(Mppi, AStepAllocatesNothing) {
   const AnalyticField field(X_WG);
   kernels::Crew crew(1);
   const test::CrewThreads others(&crew, 1);
-  const auto planner = make(small_profile(), 1, {&crew, true});
+  const auto planner = make(small_profile(), 1, {.crew = &crew});
   Plan plan;
   PlanInput input = towards(X_WG, &field, hovering_at({0, 0, 1.5}));
   input.next.field = &field;
@@ -219,6 +224,24 @@ TEST(Mppi, AStepAllocatesNothing) {
   test::AllocationTrap trap;
   for (int i = 0; i < 3; ++i) planner->plan(input, &plan);
   EXPECT_EQ(trap.count(), 0u);
+}
+
+TEST(Mppi, AnObserverSeesEveryRolloutAndChangesNothing) {
+  const Eigen::Isometry3d X_WG = upright_gate({5, 0.6, 1.8}, 0.5);
+  const AnalyticField field(X_WG);
+  const PlanInput input = towards(X_WG, &field, hovering_at({0, 0, 1.5}));
+  const auto watched = make(small_profile(), 1, {.leave_out = false}),
+             alone = make(small_profile(), 1, {.leave_out = false});
+  Watcher watcher;
+  watched->watch(&watcher);
+  Plan plan, expected;
+  watched->plan(input, &plan);
+  alone->plan(input, &expected);
+  EXPECT_EQ(watcher.last_x.size(), 512u);
+  EXPECT_EQ(plan.thrust_rate_n_s[0], expected.thrust_rate_n_s[0]);
+  watched->watch(nullptr);
+  watched->plan(input, &plan);
+  EXPECT_EQ(watcher.last_x.size(), 512u);
 }
 
 /// The planner as published, as far as it differs here: squared distances, low temperature, no crossing cost.
@@ -261,7 +284,7 @@ TEST(Mppi, ThePlanIsTheSameBitForBitWhateverTheNumberOfThreads) {
     for (const int threads : {1, 2, 3}) {
       kernels::Crew crew(1);
       const test::CrewThreads others(&crew, threads - 1);
-      const std::vector<Plan> together = plans_of_a_flight(profile, {&crew, true}, 5.0);
+      const std::vector<Plan> together = plans_of_a_flight(profile, {.crew = &crew}, 5.0);
       for (std::size_t i = 0; i < alone.size(); ++i) {
         for (std::size_t k = 0; k < 20; ++k) {
           ASSERT_EQ(alone[i].thrust_rate_n_s[k], together[i].thrust_rate_n_s[k]) << threads << " threads, plan " << i;
@@ -276,8 +299,8 @@ TEST(Mppi, ThePlanIsTheSameBitForBitWhateverTheNumberOfThreads) {
 TEST(Mppi, LeavingOutChangesThePlanLessThanRoundingDoes) {
   for (const Profile& profile : {small_profile(), paper_like()}) {
     for (const double speed_m_s : {5.0, 0.7}) {
-      const std::vector<Plan> whole = plans_of_a_flight(profile, {nullptr, false}, speed_m_s);
-      const std::vector<Plan> less = plans_of_a_flight(profile, {nullptr, true}, speed_m_s);
+      const std::vector<Plan> whole = plans_of_a_flight(profile, {.leave_out = false}, speed_m_s);
+      const std::vector<Plan> less = plans_of_a_flight(profile, {}, speed_m_s);
       int asked = 0;
       for (std::size_t i = 0; i < whole.size(); ++i) {
         asked += less[i].decoded_rollouts;
@@ -291,6 +314,79 @@ TEST(Mppi, LeavingOutChangesThePlanLessThanRoundingDoes) {
       }
       EXPECT_LT(asked, 0.9 * 30 * profile.samples) << "nothing was left out";
     }
+  }
+}
+
+/// A decoder with weights by chance, folded on one back end.
+class RandomField final : public Field {
+ public:
+  explicit RandomField(const kernels::Backend& backend) {
+    const auto weights = kernels::random_weights(kernels::DecoderKind::kHyper, {64, 64}, 0, 5);
+    kernels::fold(backend.prepare(weights), kernels::random_latent(weights.latent_size, 6),
+                  Eigen::Isometry3d(Eigen::Translation3d(2, 0, 1)), &decoder_);
+  }
+  void evaluate(std::span<const float> x_W, std::span<const float> y_W, std::span<const float> z_W,
+                std::span<float> sdf_m) const noexcept override {
+    decoder_.decode(x_W, y_W, z_W, sdf_m);
+  }
+
+ private:
+  kernels::FoldedDecoder decoder_;
+};
+
+/// Steps of one planner with a decoded field, all on one back end.
+class Steps {
+ public:
+  explicit Steps(const kernels::Backend& backend)
+      : field_(backend), planner_(make(small_profile(), 1, {.backend = &backend})) {}
+  void step() {
+    PlanInput input = towards(upright_gate({3, 0.3, 1.6}, 0.3), &field_, hovering_at({0, 0, 1.5}));
+    input.step = done_++;
+    input.elapsed_s = 0.02;
+    planner_->plan(input, &plan_);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(plan_.steps); ++k)
+      rates.insert(rates.end(), plan_.thrust_rate_n_s[k].data(), plan_.thrust_rate_n_s[k].data() + kRotors);
+  }
+  std::vector<double> rates;
+
+ private:
+  RandomField field_;
+  std::unique_ptr<Planner> planner_;
+  Plan plan_;
+  std::uint64_t done_ = 0;
+};
+
+TEST(Mppi, PlannersOnDifferentBackEndsGiveSideBySideWhatEachGivesAlone) {
+  constexpr int kSteps = 10;
+  const auto backends = kernels::available_backends();
+  std::vector<std::vector<double>> alone;
+  for (const kernels::Backend* backend : backends) {
+    Steps steps(*backend);
+    for (int i = 0; i < kSteps; ++i) steps.step();
+    alone.push_back(steps.rates);
+  }
+  if (backends.size() > 1) {
+    EXPECT_NE(alone.front(), alone.back()) << "rounding differs, so the plans do";
+  }
+
+  // In one thread in turns, which crosses every switch from one to the other.
+  std::vector<std::unique_ptr<Steps>> turns;
+  for (const kernels::Backend* backend : backends) turns.push_back(std::make_unique<Steps>(*backend));
+  for (int i = 0; i < kSteps; ++i)
+    for (const auto& steps : turns) steps->step();
+  // And in threads of their own at once.
+  std::vector<std::unique_ptr<Steps>> at_once;
+  std::vector<std::thread> threads;
+  for (const kernels::Backend* backend : backends) {
+    Steps* const steps = at_once.emplace_back(std::make_unique<Steps>(*backend)).get();
+    threads.emplace_back([steps] {
+      for (int i = 0; i < kSteps; ++i) steps->step();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t i = 0; i < alone.size(); ++i) {
+    EXPECT_EQ(turns[i]->rates, alone[i]) << backends[i]->name();
+    EXPECT_EQ(at_once[i]->rates, alone[i]) << backends[i]->name();
   }
 }
 

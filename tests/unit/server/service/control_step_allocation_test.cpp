@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/base/random.h"
-#include "server/kernels/decoder/decoder.h"
+#include "server/kernels/backend.h"
 #include "server/planner/planner.h"
 #include "tests/support/allocation_trap.h"
 #include "tests/unit/server/service/fakes.h"
@@ -18,10 +18,12 @@ using namespace std::chrono_literals;
 class DecodedMemory final : public Memory {
  public:
   explicit DecodedMemory(Course course) : course_(std::move(course)) {
-    weights_.kind = model::DecoderKind::kHyper;
-    weights_.latent_size = 3 + 8;
-    weights_.generator = dense(8, 4 * 32);
-    weights_.layers = {dense(32, 32), dense(32, 1)};
+    model::DecoderWeights weights;
+    weights.kind = model::DecoderKind::kHyper;
+    weights.latent_size = 3 + 8;
+    weights.generator = dense(8, 4 * 32);
+    weights.layers = {dense(32, 32), dense(32, 1)};
+    decoder_ = kernels::best_backend().prepare(weights);
   }
   Eigen::Vector3d expected_center_W(std::uint32_t waypoint) const noexcept override {
     return course_.waypoints[waypoint].p_W;
@@ -39,7 +41,7 @@ class DecodedMemory final : public Memory {
       out->gates[i].seen = true;
       out->gates[i].stamp = capture_;
       out->gates[i].center_W = course_.waypoints[waypoints[i]].p_W;
-      kernels::fold(weights_, latent, Eigen::Isometry3d(Eigen::Translation3d(out->gates[i].center_W)),
+      kernels::fold(decoder_, latent, Eigen::Isometry3d(Eigen::Translation3d(out->gates[i].center_W)),
                     &out->gates[i].field.decoder);
     }
   }
@@ -55,7 +57,7 @@ class DecodedMemory final : public Memory {
     return layer;
   }
   Course course_;
-  model::DecoderWeights weights_;
+  std::shared_ptr<const kernels::PreparedDecoder> decoder_;
   Stamp capture_{0};
 };
 

@@ -509,10 +509,10 @@ TEST(SessionProgress, CountsGatesAndHoldsBehindTheLastOne) {
   fly_to(4.9);
   EXPECT_EQ(bench.planner->last.target.center_W.x(), 5.0);
   EXPECT_EQ(bench.planner->last.next.center_W.x(), 11.0);
-  EXPECT_FALSE(bench.planner->last.has_left);
+  EXPECT_FALSE(bench.planner->last.has_passed_gate);
   EXPECT_EQ(fly_to(5.1)->health.target_waypoint, 1u);
-  EXPECT_TRUE(bench.planner->last.has_left);  // its frame is still there
-  EXPECT_EQ(bench.planner->last.left.center_W.x(), 5.0);
+  EXPECT_TRUE(bench.planner->last.has_passed_gate);  // its frame is still there
+  EXPECT_EQ(bench.planner->last.passed_gate.center_W.x(), 5.0);
   EXPECT_EQ(bench.planner->last.target.center_W.x(), 11.0);
   for (int lap = 0; lap < 2; ++lap)
     for (int gate = lap == 0 ? 1 : 0; gate < 4; ++gate) {
@@ -542,7 +542,7 @@ TEST(SessionProgress, APlanThatStartsBehindTheGateIsForTheNextOne) {
   const auto* const command = bench.step();
   EXPECT_NEAR(bench.planner->last.start.p_WB.x(), 5.2, 0.02);
   EXPECT_EQ(bench.planner->last.target.center_W.x(), 11.0);
-  EXPECT_EQ(bench.planner->last.left.center_W.x(), 5.0);
+  EXPECT_EQ(bench.planner->last.passed_gate.center_W.x(), 5.0);
   EXPECT_EQ(command->health.target_waypoint, 0u);  // measured, it has not passed yet
 }
 

@@ -8,7 +8,7 @@
 
 #include "common/model/bundle.h"
 #include "common/model/two_look.h"
-#include "server/kernels/decoder/decoder.h"
+#include "server/kernels/backend.h"
 #include "server/perception/depth_encoder.h"
 #include "server/training/learn/export.h"
 #include "server/training/learn/train_loop.h"
@@ -115,9 +115,9 @@ class Training : public testing::Test {
     }
     const std::vector<float> expected = trainer.decode(latent, points_C);
     kernels::FoldedDecoder folded;
-    kernels::fold(bundle.decoder(), latent, Eigen::Isometry3d::Identity(), &folded);
+    kernels::fold(kernels::best_backend().prepare(bundle.decoder()), latent, Eigen::Isometry3d::Identity(), &folded);
     std::vector<float> sdf_m(x.size());
-    kernels::decode(folded, x, y, z, sdf_m);
+    folded.decode(x, y, z, sdf_m);
     double worst = 0.0;
     double spread = 0.0;
     for (std::size_t i = 0; i < x.size(); ++i) {

@@ -1,4 +1,4 @@
-#include "server/planner/costs/left_frame.h"
+#include "server/planner/costs/passed_frame.h"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,10 @@
 
 namespace gatefield::planner {
 
-LeftFrameCost::LeftFrameCost(const Profile& profile) noexcept : weight_(static_cast<float>(profile.crossing_weight)) {}
+PassedFrameCost::PassedFrameCost(const Profile& profile) noexcept
+    : weight_(static_cast<float>(profile.crossing_weight)) {}
 
-namespace left_frame {
+namespace passed_frame {
 
 /// No rollout comes back through the plane without a state as near before it as this: a step at 12 m/s.
 constexpr float kBack_m = 0.4f;
@@ -36,22 +37,22 @@ GATEFIELD_MULTIVERSION void deepest(const Guidance& gate_in, const Frame& frame_
   }
 }
 
-}  // namespace left_frame
+}  // namespace passed_frame
 
-void LeftFrameCost::accumulate(const PlanContext& context, const RolloutBatch& batch,
-                               std::span<float> cost) const noexcept {
-  if (!context.has_left) return;
-  const left_frame::Frame frame{context.slab_half_m, context.inner_half_m, context.crossing_need_m,
-                                -(context.frame_width_m + context.crossing_need_m)};
+void PassedFrameCost::accumulate(const PlanContext& context, const RolloutBatch& batch,
+                                 std::span<float> cost) const noexcept {
+  if (!context.has_passed_gate) return;
+  const passed_frame::Frame frame{context.slab_half_m, context.inner_half_m, context.crossing_need_m,
+                                  -(context.frame_width_m + context.crossing_need_m)};
   constexpr int kChunk = 128;
   std::array<float, kChunk> least;
   for (int first = 0; first < batch.stride; first += kChunk) {
     const int count = std::min(kChunk, batch.stride - first);
     least.fill(frame.need_m);
     for (int k = 0; k < batch.steps; ++k)
-      left_frame::deepest(context.left, frame, batch.states.row(k, kernels::kPx) + first,
-                          batch.states.row(k, kernels::kPy) + first, batch.states.row(k, kernels::kPz) + first, count,
-                          least.data());
+      passed_frame::deepest(context.passed_gate, frame, batch.states.row(k, kernels::kPx) + first,
+                            batch.states.row(k, kernels::kPy) + first, batch.states.row(k, kernels::kPz) + first, count,
+                            least.data());
     for (int i = 0; i < count; ++i) {
       const float lacking = frame.need_m - least[static_cast<std::size_t>(i)];
       if (lacking > 0.0f)

@@ -5,27 +5,24 @@
 #include <string>
 #include <vector>
 
-#include "server/kernels/isa.h"
+#include "server/kernels/backend.h"
 #include "server/kernels/rollout/rollout.h"
 
 namespace gatefield::kernels {
 
-/// Runs a test once with every instruction set of this machine forced.
-class EveryIsa : public testing::TestWithParam<std::string> {
+/// Runs a test once on every back end that this machine has.
+class EveryBackend : public testing::TestWithParam<const Backend*> {
  protected:
-  void SetUp() override {
-    const Status status = select_isa(GetParam());
-    ASSERT_TRUE(status.ok()) << status.error();
-    ASSERT_EQ(active_isa(), GetParam());
-  }
-  void TearDown() override { EXPECT_TRUE(select_isa("auto").ok()); }
+  const Backend& backend() const { return *GetParam(); }
 };
 
-inline std::string isa_name(const testing::TestParamInfo<std::string>& info) { return info.param; }
+inline std::string backend_name(const testing::TestParamInfo<const Backend*>& info) {
+  return std::string(info.param->name());
+}
 
-#define ON_EVERY_ISA(suite)                                                                    \
-  INSTANTIATE_TEST_SUITE_P(, suite, testing::ValuesIn(::gatefield::kernels::available_isas()), \
-                           ::gatefield::kernels::isa_name)
+#define ON_EVERY_BACKEND(suite)                                                                    \
+  INSTANTIATE_TEST_SUITE_P(, suite, testing::ValuesIn(::gatefield::kernels::available_backends()), \
+                           ::gatefield::kernels::backend_name)
 
 /// A block with memory of its own, and with guard lanes after every row's padding that a kernel must leave alone.
 class OwnedBlock {

@@ -1,0 +1,90 @@
+#include "server/planner/race_guidance.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gatefield::planner {
+namespace {
+
+/// The gate passed last is out of the way beyond this distance.
+constexpr double kPassedGateNear_m = 3.0;
+constexpr double kDetourSwitch_m = 0.4;
+
+}  // namespace
+
+Tightening tighten(const Profile& profile, const PlanInput& input) noexcept {
+  const double distance_m = (input.start.p_WB - input.target.center_W).norm();
+  Tightening out;
+  out.speed_limit_m_s = input.speed_limit_m_s > 0 ? input.speed_limit_m_s : profile.speed_limit_m_s;
+  if (input.hold) {
+    out.speed_limit_m_s = std::min(out.speed_limit_m_s, std::max(0.5, 1.5 * std::sqrt(distance_m)));
+  } else if (distance_m < profile.near_m && !input.target.seen) {
+    out.speed_limit_m_s *= profile.unseen_speed_factor;
+  } else if (distance_m < profile.near_m) {
+    const double span_s = profile.field_stale_s - profile.field_fresh_s;
+    const double stale = std::clamp((input.field_age_s - profile.field_fresh_s) / span_s, 0.0, 1.0);
+    out.speed_limit_m_s *= 1.0 - stale * (1.0 - profile.stale_speed_factor);
+    out.extra_clearance_m = stale * profile.stale_extra_clearance_m;
+  }
+  return out;
+}
+
+RaceGuidance::RaceGuidance(const Profile& profile, const QuadrotorModel& model, const GateShape& gate,
+                           double cone_angle_rad)
+    : profile_(profile),
+      gate_(gate),
+      collision_radius_m_(model.collision_radius_m),
+      cone_slope_(static_cast<float>(std::tan(cone_angle_rad))) {}
+
+Guidance RaceGuidance::guide(const GateBelief& gate, bool hold, double side) const noexcept {
+  return make_guidance(gate.center_W, gate.axis_W, profile_.funnel && !hold, profile_.funnel_half_angle_rad,
+                       profile_.funnel_distance_m, gate_.outer_half_m, side);
+}
+
+PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
+  PlanContext context;
+  const Eigen::Vector3d& p = input.start.p_WB;
+  const GateBelief& target = input.target;
+
+  const Eigen::Vector3d beside = target.axis_W.cross(Eigen::Vector3d::UnitZ());
+  const double offset_m = (p - target.center_W).dot(beside);
+  if (std::abs(offset_m) > kDetourSwitch_m) detour_side_ = offset_m > 0 ? 1.0 : -1.0;
+
+  context.target = guide(target, input.hold, detour_side_);
+  context.has_next = input.has_next;
+  if (input.has_next) {
+    // Should the next gate's way in be on its far side, then around it on the side that is nearer.
+    const Eigen::Vector3d across = input.next.axis_W.cross(Eigen::Vector3d::UnitZ());
+    const double side = (target.center_W - input.next.center_W).dot(across) >= 0 ? 1.0 : -1.0;
+    context.next = guide(input.next, input.hold, side);
+  }
+  context.has_passed_gate = input.has_passed_gate && (p - input.passed_gate.center_W).norm() < kPassedGateNear_m;
+  if (context.has_passed_gate) context.passed_gate = guide(input.passed_gate, input.hold, 1.0);
+  context.hold = input.hold;
+
+  context.start_p_WB = p.cast<float>();
+  context.start_along_m = context.target.along(context.start_p_WB.x(), context.start_p_WB.y(), context.start_p_WB.z());
+  context.inner_half_m = static_cast<float>(gate_.inner_half_m);
+  context.frame_width_m = static_cast<float>(gate_.outer_half_m - gate_.inner_half_m);
+  context.cone_slope = cone_slope_;
+  context.slab_half_m = static_cast<float>(0.5 * gate_.thickness_m + collision_radius_m_);
+
+  const Tightening care = tighten(profile_, input);
+  context.speed_limit_m_s = static_cast<float>(care.speed_limit_m_s);
+  context.crossing_need_m =
+      static_cast<float>(collision_radius_m_ + profile_.crossing_margin_m + care.extra_clearance_m);
+
+  if (target.field != nullptr) {
+    float s = 0.0f;
+    const Eigen::Vector3f& p0 = context.start_p_WB;
+    target.field->evaluate({&p0.x(), 1}, {&p0.y(), 1}, {&p0.z(), 1}, {&s, 1});
+    context.start_clearance_m = s - std::abs(context.start_along_m) * cone_slope_;
+  } else {
+    const Eigen::Vector3d off = p - target.center_W;
+    context.start_clearance_m =
+        static_cast<float>(gate_.inner_half_m - (off - off.dot(target.axis_W) * target.axis_W).norm());
+  }
+  return context;
+}
+
+}  // namespace gatefield::planner
