@@ -1,0 +1,82 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <variant>
+
+#include "common/base/clock.h"
+#include "common/vehicle/quadrotor.h"
+#include "gatefield/sdk/client.h"
+
+/// What a vehicle gives to the loop (loop.h) and takes from it: a simulated one, a flight controller behind a bridge,
+/// hardware in the loop. All stamps are of the loop's clock.
+namespace gatefield::flight {
+
+struct TimedState {
+  Stamp stamp{0};  ///< when the state held
+  QuadrotorState state;
+  bool thrust_known = true;  ///< state.thrust_n is measured or estimated; else the server models it
+};
+
+/// Knows the vehicle's state.
+class StateSource {
+ public:
+  virtual ~StateSource() = default;
+  /// The newest state there is; empty: none has come yet. The same one may be given again.
+  /// Called once a step on the loop's thread: no wait, no allocation.
+  virtual std::optional<TimedState> newest(Stamp now) noexcept = 0;
+};
+
+/// A frame of the depth camera, row-major, 0 = no return; of the size that the session was joined with.
+struct DepthFrame {
+  Stamp capture{0};                                                             ///< middle of the exposure
+  std::variant<std::span<const std::uint16_t>, std::span<const float>> pixels;  ///< millimetres, or metres
+};
+
+/// Brings depth frames.
+class DepthSource {
+ public:
+  virtual ~DepthSource() = default;
+  /// Waits for a frame that was not given before; of several only the newest counts. Its pixels stay valid until the
+  /// next call. Empty: none came in time.
+  /// Called on a thread of its own, which may be as slow as it likes; it returns within about `timeout`.
+  virtual std::optional<DepthFrame> next(std::chrono::nanoseconds timeout) = 0;
+};
+
+/// Which part of a setpoint a vehicle can follow.
+enum class Actuation : std::uint8_t {
+  kRotorThrustRates,        ///< Setpoint::thrust_rate_n_s
+  kRotorThrusts,            ///< Setpoint::rotor_thrust_n
+  kCollectiveAndBodyRates,  ///< Setpoint::collective_thrust_n, body_rates_rad_s (FLU)
+};
+
+/// Moves the vehicle. Called on the loop's thread: no wait, no allocation.
+class Actuator {
+ public:
+  virtual ~Actuator() = default;
+  /// What apply() reads of a setpoint. It stays the same. A vehicle that takes thrust rates integrates them, and its
+  /// states say the thrusts it has come to; for the others the loop fills in state.thrust_command_n with the thrusts of
+  /// the setpoint that was applied last.
+  virtual Actuation accepts() const noexcept = 0;
+  /// How often apply() or hold() is called: the loop's period. It stays the same.
+  virtual Stamp period() const noexcept = 0;
+  /// Does this for a period from `now` on.
+  virtual void apply(Stamp now, const sdk::Setpoint& setpoint) noexcept = 0;
+  /// No plan or no state has come yet: the vehicle stays where it is, by whatever keeps it there (the ground, a hand,
+  /// its flight controller).
+  virtual void hold(Stamp now) noexcept = 0;
+};
+
+/// Watches the loop. Called on the loop's thread: no wait, no allocation.
+class Observer {
+ public:
+  virtual ~Observer() = default;
+  /// A plan came that was not heard before.
+  virtual void on_plan(const protocol::ThrustRateCommand& plan) noexcept = 0;
+  /// Asked at the end of each step. @return false: the flight is over
+  virtual bool goes_on() noexcept = 0;
+};
+
+}  // namespace gatefield::flight
