@@ -22,7 +22,9 @@ constexpr double kMaxAnswer = 1e6;
 constexpr int kMaxLatent = 1024;
 constexpr int kMaxOctaves = 16;
 
-Error wrong(const std::filesystem::path& file, const std::string& what) { return Error{file.string() + ": " + what}; }
+Error wrong(const std::filesystem::path& file, const std::string& what) {
+  return Error(file.string() + ": " + what, ErrorCode::kUnreadable);
+}
 
 std::uint64_t fnv1a(const std::string& bytes, std::uint64_t hash) noexcept {
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
@@ -34,7 +36,7 @@ Status check_manifest(const std::filesystem::path& file, const Manifest& manifes
   const auto expect = [&](bool good, const std::string& field, const std::string& value,
                           const std::string& expected) -> Status {
     if (good) return {};
-    return wrong(file, field + " is " + value + ", expected " + expected);
+    return Error::invalid(field, value, expected).within(file.string() + ": ");
   };
   const bool hyper = manifest.decoder_kind == DecoderKind::kHyper;
   const int least_latent = hyper ? 4 : 1;
@@ -66,7 +68,7 @@ Status check_manifest(const std::filesystem::path& file, const Manifest& manifes
 Result<Manifest> checked_manifest(const std::filesystem::path& file, const std::string& text) {
   Result<Manifest> manifest = parse_manifest(text, file);
   if (!manifest.ok()) return manifest;
-  if (Status status = check_manifest(file, *manifest); !status) return Error{status.error()};
+  if (Status status = check_manifest(file, *manifest); !status) return status.failure();
   return manifest;
 }
 
@@ -100,12 +102,12 @@ NetworkTensor tensor_of(const std::string& name, const Array& array) {
 /// Checks a network of the encoder by running it slowly on numbers of a depth image's size.
 Result<Network> check_encoder(const std::filesystem::path& file, const std::string& bytes, const Manifest& manifest) {
   const Result<onnx::ModelProto> model = parse_onnx(file, bytes);
-  if (!model.ok()) return Error{model.error()};
+  if (!model.ok()) return model.failure();
   const Ports ports = ports_of(file.filename().string(), manifest);
   if (Status status = check_ports(file, model->graph(), ports.inputs, ports.output.name); !status)
-    return Error{status.error()};
+    return status.failure();
   const Result<Graph> graph = Graph::compile(file, *model);
-  if (!graph.ok()) return Error{graph.error()};
+  if (!graph.ok()) return graph.failure();
 
   Network network;
   network.file = file.filename().string();
@@ -120,7 +122,7 @@ Result<Network> check_encoder(const std::filesystem::path& file, const std::stri
     network.inputs.push_back(tensor_of(port.name, array));
   }
   const Result<Evaluation> evaluation = graph->evaluate(inputs, {kMaxEncoderMultiplyAdds, kMaxEncoderNumbers});
-  if (!evaluation.ok()) return Error{evaluation.error()};
+  if (!evaluation.ok()) return evaluation.failure();
   network.multiply_adds = evaluation->multiply_adds;
   const int slot = graph->slot(ports.output.name);
   const Array* const answer = slot < 0 ? nullptr : evaluation->values[static_cast<std::size_t>(slot)];
@@ -137,22 +139,23 @@ Result<Network> check_encoder(const std::filesystem::path& file, const std::stri
     }
   }
   network.output = tensor_of(ports.output.name, *answer);
-  network.bytes = std::make_shared<const std::string>(
-      simplified(*model, *graph, *evaluation, ports.output.name).SerializeAsString());
+  network.graph = std::make_shared<const Graph>(graph->folded(*evaluation, slot));
+  network.bytes =
+      std::make_shared<const std::string>(simplified(*model, *network.graph, ports.output.name).SerializeAsString());
   return network;
 }
 
 Result<DecoderWeights> check_decoder(const std::filesystem::path& file, const std::string& bytes,
                                      const Manifest& manifest) {
   const Result<onnx::ModelProto> model = parse_onnx(file, bytes);
-  if (!model.ok()) return Error{model.error()};
+  if (!model.ok()) return model.failure();
   // One latent for all points; or one for each, which then are all the same.
   const std::vector<Port> once{{"latent", {1, manifest.latent_size}}, {"points", {kOpenSize, 3}}};
   const std::vector<Port> repeated{{"latent", {kOpenSize, manifest.latent_size}}, {"points", {kOpenSize, 3}}};
   const bool repeats = check_ports(file, model->graph(), repeated, "sdf").ok();
-  if (Status status = check_ports(file, model->graph(), once, "sdf"); !repeats && !status) return Error{status.error()};
+  if (Status status = check_ports(file, model->graph(), once, "sdf"); !repeats && !status) return status.failure();
   const Result<Graph> graph = Graph::compile(file, *model);
-  if (!graph.ok()) return Error{graph.error()};
+  if (!graph.ok()) return graph.failure();
   return read_decoder(file, *graph, repeats, manifest);
 }
 
@@ -178,20 +181,20 @@ Result<Bundle> Bundle::parse(const std::filesystem::path& folder, const std::map
     const std::string* const text = file("manifest.txt");
     if (text == nullptr) return missing("manifest.txt");
     Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", *text);
-    if (!manifest.ok()) return Error{manifest.error()};
+    if (!manifest.ok()) return manifest.failure();
     bundle.manifest_ = std::move(manifest).value();
 
     const std::string* const decoder_bytes = file("decoder.onnx");
     if (decoder_bytes == nullptr) return missing("decoder.onnx");
     Result<DecoderWeights> decoder = check_decoder(folder / "decoder.onnx", *decoder_bytes, bundle.manifest_);
-    if (!decoder.ok()) return Error{decoder.error()};
+    if (!decoder.ok()) return decoder.failure();
     bundle.decoder_ = std::move(decoder).value();
 
     for (const std::string& name : onnx_files(bundle.manifest_)) {
       const std::string* const bytes = file(name);
       if (bytes == nullptr) return missing(name);
       Result<Network> network = check_encoder(folder / name, *bytes, bundle.manifest_);
-      if (!network.ok()) return Error{network.error()};
+      if (!network.ok()) return network.failure();
       if (network->multiply_adds > kNominalEncoderMultiplyAdds) {
         bundle.warnings_.push_back((folder / name).string() + " takes " +
                                    std::to_string(network->multiply_adds / 1'000'000) +
@@ -204,7 +207,7 @@ Result<Bundle> Bundle::parse(const std::filesystem::path& folder, const std::map
     for (const auto& [name, bytes] : used) bundle.hash_ = fnv1a(*bytes, fnv1a(name, bundle.hash_));
     return bundle;
   } catch (const std::exception& exception) {
-    return Error{folder.string() + ": can't read the model bundle: " + exception.what()};
+    return Error(folder.string() + ": can't read the model bundle: " + exception.what(), ErrorCode::kUnreadable);
   }
 }
 
@@ -218,21 +221,21 @@ Result<Bundle> Bundle::read(const std::filesystem::path& folder) {
     std::map<std::string, std::string> files;
     const auto take = [&](const std::string& name) -> Status {
       Result<std::string> bytes = read_file(folder / name);
-      if (!bytes.ok()) return Error{bytes.error()};
+      if (!bytes.ok()) return bytes.failure();
       files[name] = std::move(bytes).value();
       return {};
     };
-    if (Status status = take("manifest.txt"); !status) return Error{status.error()};
+    if (Status status = take("manifest.txt"); !status) return status.failure();
     const Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", files["manifest.txt"]);
-    if (!manifest.ok()) return Error{manifest.error()};
+    if (!manifest.ok()) return manifest.failure();
     std::vector<std::string> names = onnx_files(*manifest);
     names.insert(names.begin(), "decoder.onnx");
     for (const std::string& name : names) {
-      if (Status status = take(name); !status) return Error{status.error()};
+      if (Status status = take(name); !status) return status.failure();
     }
     return parse(folder, files);
   } catch (const std::exception& exception) {  // an impossible path
-    return Error{folder.string() + ": can't read the model bundle: " + exception.what()};
+    return Error(folder.string() + ": can't read the model bundle: " + exception.what(), ErrorCode::kUnreadable);
   }
 }
 

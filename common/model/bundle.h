@@ -11,6 +11,8 @@
 
 namespace gatefield::model {
 
+class Graph;  // onnx_graph.h
+
 /// A dense layer y = W x + b. W is row-major [outputs][inputs].
 struct Dense {
   int inputs = 0;
@@ -68,11 +70,12 @@ struct NetworkTensor {
   std::vector<float> values;
 };
 
-/// An encoder's network that has been checked, and what it has to answer: whoever runs it by other means (OpenCV) first
-/// sees whether that gives the same.
+/// An encoder's network that has been checked, and what it has to answer: whoever runs it by other means (oneDNN,
+/// OpenCV) first sees whether that gives the same.
 struct Network {
   std::string file;                          ///< "encoder.onnx"
-  std::shared_ptr<const std::string> bytes;  ///< an ONNX file that computes the same, simplified (onnx_simplify.h)
+  std::shared_ptr<const Graph> graph;        ///< folded for the shapes of `inputs`
+  std::shared_ptr<const std::string> bytes;  ///< the same as an ONNX file, simplified (onnx_simplify.h)
   std::int64_t multiply_adds = 0;
   std::vector<NetworkTensor> inputs;  ///< a test case
   NetworkTensor output;               ///< what ONNX's definition makes of it, computed in double precision

@@ -67,24 +67,24 @@ class Reader {
       : file_(file), graph_(graph), repeated_(latent_repeated), manifest_(manifest) {}
 
   Result<DecoderWeights> read() {
-    if (Status status = look(); !status) return Error{status.error()};
+    if (Status status = look(); !status) return status.failure();
     DecoderWeights weights;
     weights.kind = manifest_.decoder_kind;
     weights.latent_size = manifest_.latent_size;
     weights.position_scale_m = manifest_.position_scale_m;
     const bool hyper = weights.kind == DecoderKind::kHyper;
     if (hyper) {
-      if (Status status = read_generator(&weights.generator); !status) return Error{status.error()};
+      if (Status status = read_generator(&weights.generator); !status) return status.failure();
     } else {
       weights.encoding_octaves = manifest_.encoding_octaves;
       weights.layers.emplace_back();
-      if (Status status = read_first(&weights.layers.back()); !status) return Error{status.error()};
+      if (Status status = read_first(&weights.layers.back()); !status) return status.failure();
     }
     for (std::size_t i = 0; i < hidden_.size(); ++i) {
       weights.layers.emplace_back();
-      if (Status status = read_layer(i, &weights.layers.back()); !status) return Error{status.error()};
+      if (Status status = read_layer(i, &weights.layers.back()); !status) return status.failure();
     }
-    if (Status status = compare(weights); !status) return Error{status.error()};
+    if (Status status = compare(weights); !status) return status.failure();
     return weights;
   }
 
@@ -94,7 +94,9 @@ class Reader {
     Rows rows;
   };
 
-  Error wrong(const std::string& what) const { return Error{file_.string() + ": " + what + kManual}; }
+  Error wrong(const std::string& what) const {
+    return Error(file_.string() + ": " + what + kManual, ErrorCode::kUnreadable);
+  }
   static std::string text(const Node& node) { return "node " + in_quotes(node.name) + " (" + node.type + ")"; }
 
   /// @param points [N][3]
@@ -125,7 +127,7 @@ class Reader {
     for (int i = 0; i < manifest_.latent_size; ++i) latent.push_back(random.normal());
     for (int i = 0; i < 3 * kTrialPoints; ++i) points.push_back(manifest_.position_scale_m * random.uniform(-1.0, 1.0));
     const Result<Evaluation> trial = evaluate(latent, points);
-    if (!trial) return Error{trial.error()};
+    if (!trial) return trial.failure();
     output_ = graph_.slot("sdf");
     const auto array = [&](int slot) { return slot < 0 ? nullptr : trial->values[static_cast<std::size_t>(slot)]; };
     const auto output = rows_of(array(output_));
@@ -254,7 +256,7 @@ class Reader {
     for (std::size_t axis = 0; axis < 3; ++axis) points[3 * (1 + axis) + axis] = 1.0;
     for (std::size_t i = 0; i < columns.size(); ++i) values[(4 + i) * columns.size() + i] = 1.0;
     const Result<Evaluation> parts = evaluate(nothing, points, encoded(rows, values));
-    if (!parts) return Error{parts.error()};
+    if (!parts) return parts.failure();
     const auto answers = rows_at(*parts, input_of(0), rows, width);
     if (!answers) return unsteady(0);
     const auto difference = [&](std::size_t row, int i) {
@@ -272,7 +274,7 @@ class Reader {
       Numbers latent = nothing;
       latent[static_cast<std::size_t>(k)] = 1.0;
       const Result<Evaluation> part = evaluate(latent, {0.0, 0.0, 0.0}, encoded(1, Numbers(columns.size(), 0.0)));
-      if (!part) return Error{part.error()};
+      if (!part) return part.failure();
       const auto answer = rows_at(*part, input_of(0), 1, width);
       if (!answer) return unsteady(0);
       for (int i = 0; i < width; ++i)
@@ -293,7 +295,7 @@ class Reader {
       Numbers latent(static_cast<std::size_t>(manifest_.latent_size), 0.0);
       if (k >= 0) latent[static_cast<std::size_t>(3 + k)] = 1.0;
       const Result<Evaluation> part = evaluate(latent, points);
-      if (!part) return Error{part.error()};
+      if (!part) return part.failure();
       const auto answer = rows_at(*part, input_of(0), 4, width);
       if (!answer) return unsteady(0);
       Numbers made;
@@ -326,7 +328,7 @@ class Reader {
     const Result<Evaluation> parts =
         evaluate(Numbers(static_cast<std::size_t>(manifest_.latent_size), 0.0),
                  Numbers(static_cast<std::size_t>(3 * rows), 0.0), {{hidden_[before].node->outputs[0], units}});
-    if (!parts) return Error{parts.error()};
+    if (!parts) return parts.failure();
     const auto answers = rows_at(*parts, input_of(before + 1), rows, outputs);
     if (!answers) return unsteady(before + 1);
     for (int i = 0; i < outputs; ++i) {
@@ -384,7 +386,7 @@ class Reader {
       const double reach_m = std::min(manifest_.max_depth_m, 2.0 * manifest_.position_scale_m);
       for (int i = 0; i < 3 * kPoints; ++i) points.push_back(random.uniform(-reach_m, reach_m));
       const Result<Evaluation> evaluation = evaluate(latent, points);
-      if (!evaluation) return Error{evaluation.error()};
+      if (!evaluation) return evaluation.failure();
       const auto graphs = rows_at(*evaluation, output_, kPoints, 1);
       if (!graphs) return unsteady(hidden_.size());
       double largest = 1.0;

@@ -15,7 +15,7 @@ namespace {
 Status check(const Manifest& manifest) {
   const auto expect = [](bool good, const char* field, double value, const char* expected) -> Status {
     if (good) return {};
-    return Error{std::string(field) + " is " + std::to_string(value) + ", expected " + expected};
+    return Error::invalid(field, std::to_string(value), expected);
   };
   const auto between = [](double value, double low, double high) {
     return std::isfinite(value) && value > low && value < high;
@@ -94,7 +94,7 @@ Result<Manifest> manifest_of(const proto::Manifest& message, const std::filesyst
   manifest.crop_half_width_m = message.crop_half_width_m();
   manifest.crop_size_px = message.crop_size_px();
   manifest.validity_threshold = message.validity_threshold();
-  if (const Status checked = check(manifest); !checked) return Error{file.string() + ": " + checked.error()};
+  if (const Status checked = check(manifest); !checked) return checked.failure().within(file.string() + ": ");
   return manifest;
 }
 
@@ -102,13 +102,13 @@ Result<Manifest> manifest_of(const proto::Manifest& message, const std::filesyst
 
 Result<Manifest> read_manifest(const std::filesystem::path& file) {
   proto::Manifest message;
-  if (const Status loaded = config::load_text(file, &message); !loaded) return Error{loaded.error()};
+  if (const Status loaded = config::load_text(file, &message); !loaded) return loaded.failure();
   return manifest_of(message, file);
 }
 
 Result<Manifest> parse_manifest(const std::string& text, const std::filesystem::path& file) {
   proto::Manifest message;
-  if (const Status parsed = config::parse_text(text, file.string(), &message); !parsed) return Error{parsed.error()};
+  if (const Status parsed = config::parse_text(text, file.string(), &message); !parsed) return parsed.failure();
   return manifest_of(message, file);
 }
 

@@ -28,7 +28,9 @@ constexpr int kMaxTensors = 2000;
 constexpr int kOldestOperators = 11;
 constexpr int kNewestOperators = 17;
 
-Error wrong(const std::filesystem::path& file, const std::string& what) { return Error{file.string() + ": " + what}; }
+Error wrong(const std::filesystem::path& file, const std::string& what) {
+  return Error(file.string() + ": " + what, ErrorCode::kUnreadable);
+}
 
 /// Walks the wire format along the schema and counts fields, without building anything.
 bool count_fields(pb::io::CodedInputStream* in, const pb::Descriptor* type, int depth, int* fields) {
@@ -247,7 +249,7 @@ Result<onnx::ModelProto> parse_onnx(const std::filesystem::path& file, const std
                            ", expected " + std::to_string(kOldestOperators) + " to " +
                            std::to_string(kNewestOperators) + " (opset_version of torch.onnx.export)");
   }
-  if (Status status = check_graph(file, model.graph()); !status.ok()) return Error{status.error()};
+  if (Status status = check_graph(file, model.graph()); !status.ok()) return status.failure();
   return model;
 }
 

@@ -1,5 +1,7 @@
 #include "common/model/onnx_graph.h"
 
+#include <onnx/onnx_pb.h>
+
 #include <algorithm>
 #include <cstring>
 #include <set>
@@ -86,14 +88,33 @@ std::shared_ptr<const Array> constant_of(const onnx::NodeProto& node) {
 
 std::string node_text(const Node& node) { return "node " + in_quotes(node.name) + " (" + node.type + ")"; }
 
-Error wrong(const std::filesystem::path& file, const std::string& what) { return Error{file.string() + ": " + what}; }
+Error wrong(const std::filesystem::path& file, const std::string& what) {
+  return Error(file.string() + ": " + what, ErrorCode::kUnreadable);
+}
 
 }  // namespace
+
+std::int64_t Node::integer(const char* attribute, std::int64_t otherwise) const {
+  const auto found = attributes.find(attribute);
+  return found == attributes.end() ? otherwise : found->second.integer;
+}
+double Node::number(const char* attribute, double otherwise) const {
+  const auto found = attributes.find(attribute);
+  return found == attributes.end() ? otherwise : found->second.number;
+}
+std::string Node::word(const char* attribute, const char* otherwise) const {
+  const auto found = attributes.find(attribute);
+  return found == attributes.end() ? otherwise : found->second.word;
+}
+std::vector<std::int64_t> Node::integers(const char* attribute, std::vector<std::int64_t> otherwise) const {
+  const auto found = attributes.find(attribute);
+  return found == attributes.end() ? std::move(otherwise) : found->second.integers;
+}
 
 Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::ModelProto& model) {
   Graph graph;
   graph.file_ = file;
-  graph.opset_ = operator_set(model);
+  graph.opset_ = model::operator_set(model);
   const auto define = [&](const std::string& name) {
     const int slot = static_cast<int>(graph.slots_.size());
     return graph.slots_.emplace(name, slot).second ? slot : -1;
@@ -103,11 +124,14 @@ Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::Mode
     if (slot < 0) return wrong(file, "tensor " + in_quotes(tensor.name()) + " is there twice");
     graph.constants_[slot] = std::make_shared<Array>(array_of(tensor));
   }
-  for (const onnx::ValueInfoProto& input : model.graph().input())
-    define(input.name());  // may name an initializer again
+  for (const onnx::ValueInfoProto& input : model.graph().input()) {
+    if (const int slot = define(input.name()); slot >= 0) graph.inputs_.push_back(slot);  // else an initializer again
+  }
 
-  for (const onnx::NodeProto& proto : model.graph().node()) {
+  for (int position = 0; position < model.graph().node_size(); ++position) {
+    const onnx::NodeProto& proto = model.graph().node(position);
     Node node;
+    node.position = position;
     node.name = !proto.name().empty() ? proto.name() : proto.output_size() > 0 ? proto.output(0) : "";
     const Operator* const known = find_operator(proto.op_type());
     if (known == nullptr)
@@ -157,6 +181,50 @@ Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::Mode
 int Graph::slot(const std::string& name) const {
   const auto found = slots_.find(name);
   return found == slots_.end() ? -1 : found->second;
+}
+
+const Array* Graph::constant(int slot) const {
+  const auto found = constants_.find(slot);
+  return found == constants_.end() ? nullptr : found->second.get();
+}
+
+Graph Graph::folded(const Evaluation& evaluation, int output) const {
+  const auto at = [](int slot) { return static_cast<std::size_t>(slot); };
+  std::vector<bool> varying(slots_.size(), false), needed(slots_.size(), false);
+  for (const int slot : inputs_) varying[at(slot)] = true;
+  for (const Node& node : nodes_) {
+    if (node.type == "Shape") continue;  // the same for every image
+    const bool varies =
+        std::any_of(node.inputs.begin(), node.inputs.end(), [&](int slot) { return slot >= 0 && varying[at(slot)]; });
+    for (const int slot : node.outputs)
+      if (slot >= 0) varying[at(slot)] = varies;
+  }
+  Graph graph;
+  graph.file_ = file_;
+  graph.opset_ = opset_;
+  graph.slots_ = slots_;
+  graph.inputs_ = inputs_;
+  if (output >= 0) needed[at(output)] = true;
+  for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+    if (std::none_of(node->outputs.begin(), node->outputs.end(),
+                     [&](int slot) { return slot >= 0 && varying[at(slot)] && needed[at(slot)]; }))
+      continue;
+    for (const int slot : node->inputs)
+      if (slot >= 0) needed[at(slot)] = true;
+    graph.nodes_.push_back(*node);
+  }
+  std::reverse(graph.nodes_.begin(), graph.nodes_.end());
+  graph.shapes_.resize(slots_.size());
+  for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
+    const Array* const value = evaluation.values[slot];
+    if (value == nullptr) continue;
+    graph.shapes_[slot] = value->shape;
+    if (!needed[slot] || varying[slot]) continue;
+    const auto known = constants_.find(static_cast<int>(slot));
+    graph.constants_[static_cast<int>(slot)] =
+        known != constants_.end() ? known->second : std::make_shared<const Array>(*value);
+  }
+  return graph;
 }
 
 Result<Evaluation> Graph::evaluate(const std::map<std::string, Array>& inputs, const Limits& limits,

@@ -1,13 +1,16 @@
 #pragma once
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/model/onnx_graph.h"
 
-/// The operators behind Graph::evaluate. Included by onnx_graph.cpp and onnx_operators.cpp only.
+/// The operators behind Graph::evaluate: the table that finds one by its type, and what one gets to work with. What
+/// they compute lies in operators/, a header per family. Included by onnx_graph.cpp and the operators only.
 namespace gatefield::model {
 
 /// Why a node can't be computed: a part of a sentence. Stays inside Graph::evaluate.
@@ -31,19 +34,22 @@ struct Call {
   /// Takes multiplications from the budget.
   void spend(double multiply_adds);
 
-  std::int64_t integer(const char* name, std::int64_t otherwise) const;
-  double number(const char* name, double otherwise) const;
-  std::string word(const char* name, const char* otherwise) const;
-  std::vector<std::int64_t> integers(const char* name, std::vector<std::int64_t> otherwise) const;
+  std::int64_t integer(const char* name, std::int64_t otherwise) const { return node.integer(name, otherwise); }
+  double number(const char* name, double otherwise) const { return node.number(name, otherwise); }
+  std::string word(const char* name, const char* otherwise) const { return node.word(name, otherwise); }
+  std::vector<std::int64_t> integers(const char* name, std::vector<std::int64_t> otherwise) const {
+    return node.integers(name, std::move(otherwise));
+  }
 };
 
+/// A line of the table of operators.
 struct Operator {
-  std::string_view type;
-  Operation operation;
+  std::string_view type;  ///< as ONNX calls it
+  Operation operation;    ///< null: nothing to compute (Constant)
   std::size_t min_inputs;
   std::size_t max_inputs;
   std::size_t max_outputs;
-  std::string_view attributes;  ///< allowed ones, each between spaces
+  std::string_view attributes;  ///< the allowed ones, each between spaces
 };
 
 /// Null when there is no such operator.

@@ -64,39 +64,9 @@ void use_attributes(onnx::NodeProto* node, const Constant& constant) {
 
 }  // namespace
 
-onnx::ModelProto simplified(const onnx::ModelProto& model, const Graph& graph, const Evaluation& evaluation,
-                            const std::string& output) {
+onnx::ModelProto simplified(const onnx::ModelProto& model, const Graph& graph, const std::string& output) {
   const onnx::GraphProto& from = model.graph();
-  const auto value = [&](const std::string& name) -> const Array* {
-    const int slot = graph.slot(name);
-    return slot < 0 ? nullptr : evaluation.values[static_cast<std::size_t>(slot)];
-  };
-  std::set<std::string> weights, varying, needed{output};
-  for (const auto& tensor : from.initializer()) weights.insert(tensor.name());
-  for (const auto& input : from.input()) {
-    if (weights.count(input.name()) == 0) varying.insert(input.name());
-  }
-  // A shape is the same for every image.
-  for (const auto& node : from.node()) {
-    if (node.op_type() == "Shape") continue;
-    if (std::any_of(node.input().begin(), node.input().end(),
-                    [&](const auto& name) { return varying.count(name) > 0; }))
-      varying.insert(node.output().begin(), node.output().end());
-  }
-  const auto constant = [&](const std::string& name) { return varying.count(name) > 0 ? nullptr : value(name); };
-
-  std::vector<onnx::NodeProto> kept;  // last one first
-  for (int i = from.node_size(); i-- > 0;) {
-    onnx::NodeProto node = from.node(i);
-    const bool wanted = std::any_of(node.output().begin(), node.output().end(), [&](const auto& name) {
-      return !name.empty() && varying.count(name) > 0 && needed.count(name) > 0;
-    });
-    if (!wanted) continue;
-    node.clear_doc_string();
-    use_attributes(&node, constant);
-    needed.insert(node.input().begin(), node.input().end());
-    kept.push_back(std::move(node));
-  }
+  const auto constant = [&](const std::string& name) { return graph.constant(graph.slot(name)); };
 
   onnx::ModelProto made;
   made.set_ir_version(model.ir_version());
@@ -105,14 +75,22 @@ onnx::ModelProto simplified(const onnx::ModelProto& model, const Graph& graph, c
   onnx::GraphProto* const to = made.mutable_graph();
   to->set_name(from.name());
   *to->mutable_output() = from.output();
+  std::set<std::string> initializers;
+  for (const auto& tensor : from.initializer()) initializers.insert(tensor.name());
   for (const auto& input : from.input()) {
-    if (weights.count(input.name()) == 0) *to->add_input() = input;
+    if (initializers.count(input.name()) == 0) *to->add_input() = input;
   }
-  for (const std::string& name : needed) {
-    if (const Array* const array = name.empty() ? nullptr : constant(name); array != nullptr)
-      *to->add_initializer() = weight_of(name, *array);
+  std::set<std::string> read{output};
+  for (const Node& each : graph.nodes()) {
+    onnx::NodeProto* const node = to->add_node();
+    *node = from.node(each.position);
+    node->clear_doc_string();
+    use_attributes(node, constant);
+    read.insert(node->input().begin(), node->input().end());
   }
-  for (auto node = kept.rbegin(); node != kept.rend(); ++node) *to->add_node() = std::move(*node);
+  for (const std::string& name : read) {
+    if (const Array* const array = constant(name); array != nullptr) *to->add_initializer() = weight_of(name, *array);
+  }
   return made;
 }
 

@@ -60,7 +60,7 @@ std::string words_of(const std::exception& error) {
   return (type.empty() ? "it: " : "node '" + name + "' (" + type + "): ") + text;
 }
 
-class OpenCvNetwork final : public Network {
+class OpenCvNetwork final : public LoadedNetwork {
  public:
   OpenCvNetwork(cv::dnn::Net net, const model::Network& network) : net_(std::move(net)) {
     for (const model::NetworkTensor& input : network.inputs)
@@ -85,7 +85,7 @@ class OpenCvNetwork final : public Network {
 };
 
 /// A network of the bundle by the fastest means that gives the bundle's test case.
-Result<std::unique_ptr<Network>> load(const model::Bundle& bundle, const std::string& name) {
+Result<std::unique_ptr<LoadedNetwork>> load(const model::Bundle& bundle, const std::string& name) {
   const std::string file = (bundle.folder() / name).string();
   const auto& networks = bundle.networks();
   const auto network =
@@ -159,7 +159,8 @@ class EncoderBase : public DepthEncoder {
 
 class TwoLookEncoder final : public EncoderBase {
  public:
-  TwoLookEncoder(const model::Manifest& manifest, std::unique_ptr<Network> first, std::unique_ptr<Network> second)
+  TwoLookEncoder(const model::Manifest& manifest, std::unique_ptr<LoadedNetwork> first,
+                 std::unique_ptr<LoadedNetwork> second)
       : EncoderBase(manifest),
         shape_(model::look_shape(camera_.width_px, camera_.height_px)),
         crop_{manifest_.crop_half_width_m, manifest_.crop_size_px},
@@ -221,15 +222,15 @@ class TwoLookEncoder final : public EncoderBase {
 
   model::LookShape shape_;
   model::CropShape crop_;
-  std::unique_ptr<Network> first_;
-  std::unique_ptr<Network> second_;
+  std::unique_ptr<LoadedNetwork> first_;
+  std::unique_ptr<LoadedNetwork> second_;
   std::span<float> input_, anchors_, cut_, context_;
 };
 
 /// One look at the whole image; a prior can't steer it.
 class PlainEncoder final : public EncoderBase {
  public:
-  PlainEncoder(const model::Manifest& manifest, std::unique_ptr<Network> net)
+  PlainEncoder(const model::Manifest& manifest, std::unique_ptr<LoadedNetwork> net)
       : EncoderBase(manifest), net_(std::move(net)), input_(net_->input("image")) {}
 
  protected:
@@ -245,25 +246,25 @@ class PlainEncoder final : public EncoderBase {
  private:
   std::optional<std::vector<float>> look() { return net_->run(static_cast<std::size_t>(manifest_.latent_size) + 2); }
 
-  std::unique_ptr<Network> net_;
+  std::unique_ptr<LoadedNetwork> net_;
   std::span<float> input_;
 };
 
 }  // namespace
 
-Result<std::unique_ptr<Network>> opencv_network(const model::Network& network) {
+Result<std::unique_ptr<LoadedNetwork>> opencv_network(const model::Network& network) {
   try {
     cv::setNumThreads(1);  // the perception thread has one core; a pool of OpenCV's own would take the planner's
     cv::dnn::Net net = cv::dnn::readNetFromONNX(network.bytes->data(), network.bytes->size());
     net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
     net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-    return std::unique_ptr<Network>(new OpenCvNetwork(std::move(net), network));
+    return std::unique_ptr<LoadedNetwork>(new OpenCvNetwork(std::move(net), network));
   } catch (const std::exception& error) {
     return Error{"OpenCV can't load " + words_of(error)};
   }
 }
 
-std::string disagreement(Network& candidate, const model::Network& network) {
+std::string disagreement(LoadedNetwork& candidate, const model::Network& network) {
   for (const model::NetworkTensor& input : network.inputs)
     std::copy(input.values.begin(), input.values.end(), candidate.input(input.name).begin());
   const std::vector<float>& expected = network.output.values;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "server/perception/depth_encoder.h"
+#include "server/perception/network.h"
 #include "tests/unit/common/model/small_networks.h"
 
 namespace gatefield::perception {
@@ -161,6 +162,21 @@ TEST(EncoderOperators, ServerAndOpenCvComputeTheSame) {
   for (const auto& [name, add] : usual_cases()) {
     for (const int opset : {11, 17}) EXPECT_EQ(complaint("x", add, opset), "") << name << ", operator set " << opset;
   }
+}
+
+TEST(EncoderOperators, OtherShapesOfTheSameNumbersRunThroughOneDnn) {
+  if (!onednn_built_in()) GTEST_SKIP() << "built without oneDNN";
+  OnnxBuilder encoder = model::small_encoder("image", {1, 2, 16, 32}, "code", model::kSmallZ + 2);  // ends in Flatten
+  encoder.integers("one", {1}).integers("row", {0, -1});
+  encoder.node("Unsqueeze", {"flat", "one"}, "up").node("Squeeze", {"up", "one"}, "down");
+  encoder.node("Reshape", {"down", "row"}, "same").node("Identity", {"same"}, "all").gemm("all", "dense", "code");
+  const auto bundle = model::Bundle::parse("small", {{"manifest.txt", model::small_manifest_text(false)},
+                                                     {"decoder.onnx", model::small_concatenated_decoder().bytes()},
+                                                     {"encoder.onnx", encoder.bytes()}});
+  ASSERT_TRUE(bundle.ok()) << bundle.error();
+  const auto network = onednn_network(bundle->networks()[0]);
+  ASSERT_TRUE(network.ok()) << network.error();
+  EXPECT_EQ(disagreement(**network, bundle->networks()[0]), "");
 }
 
 TEST(EncoderOperators, WhatOpenCvCannotLoadIsNamed) {
