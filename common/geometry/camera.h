@@ -37,8 +37,8 @@ CameraModel camera_from_fov(int width_px, int height_px, double horizontal_rad, 
 /// The camera of the project's experiments: 160 x 90, 87 x 58 deg, 0.3 to 10 m, 15 deg up (Intel D435-like).
 CameraModel default_camera();
 
-/// Says which field is wrong and why: sizes 16..1280, focal lengths > 0, 0 < min < max <= 100 m, rate 1..240 Hz, rigid
-/// mounting.
+/// Says which field is wrong and why: sizes 16..1280, focal lengths > 0, principal point inside the image (0 to width,
+/// 0 to height), 0 < min < max <= 100 m, rate 1..240 Hz, rigid mounting.
 Status validate(const CameraModel& camera);
 
 }  // namespace gatefield
