@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 
 #include "client/simulator/depth_sensor.h"
 #include "client/simulator/simulation.h"
 #include "client/simulator/view.h"
+#include "common/base/text.h"
 
 namespace gatefield::simulator {
 namespace {
@@ -101,12 +101,6 @@ Eigen::AlignedBox3d whole(const scene::World& world, const Report& report, const
   return box;
 }
 
-Status write(const std::filesystem::path& file, const Canvas& canvas) {
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", canvas.finish(), bytes);
-  return write_whole(file, bytes.data(), bytes.size());
-}
-
 cv::Mat depth_colors(const scene::DepthImage& depth, const CameraModel& camera) {
   cv::Mat colors(depth.height_px, depth.width_px, CV_8UC3, cv::Scalar(0, 0, 0));
   for (int v = 0; v < depth.height_px; ++v)
@@ -161,7 +155,7 @@ Status write_end_picture(const std::filesystem::path& file, const config::Scenar
       "dark and green: the true gate; blue: its opening as believed, darker with time; orange: the nominal "
       "waypoint, and what is believed before anything is seen",
       {110, 830}, 11, kInk);
-  return write(file, canvas);
+  return canvas.save(file);
 }
 
 Status write_rollouts_picture(const std::filesystem::path& file, const config::Scenario& scenario, const Report& report,
@@ -189,7 +183,7 @@ Status write_rollouts_picture(const std::filesystem::path& file, const config::S
   side.draw_axes("From the side, along y", "x [m]", "z [m]");
   draw(side);
   draw_field_bar(&canvas, {1725, 170}, 22, 700);
-  return write(file, canvas);
+  return canvas.save(file);
 }
 
 Status write_approach_picture(const std::filesystem::path& file, const config::Scenario& scenario, const Report& report,
@@ -225,9 +219,8 @@ Status write_approach_picture(const std::filesystem::path& file, const config::S
     const Eigen::Vector3d middle_W = 0.5 * (steps.front()->p_W + gate_W);
     const double half_m = 0.5 * (steps.front()->p_W - gate_W).norm() + 1.5;
     const View view(&canvas, {left, 400}, {350, 350}, 0, 1, around(middle_W, 0, 1, half_m));
-    char caption[80];
-    std::snprintf(caption, sizeof caption, "%.2f s, %.1f m away%s", race_time_s(step), (step.p_W - gate_W).norm(),
-                  step.seen ? "" : ", not seen yet");
+    const std::string caption = fixed(race_time_s(step), 2) + " s, " + fixed((step.p_W - gate_W).norm(), 1) +
+                                " m away" + (step.seen ? "" : ", not seen yet");
     view.draw_axes(caption, "x [m]", moment == 0 ? "y [m]" : "");
     for (const trace::Rollout& rollout : step.rollouts) draw_rollout(&canvas, view, step.p_W, rollout, 1.0);
     draw_world(&canvas, view, world);
@@ -240,7 +233,7 @@ Status write_approach_picture(const std::filesystem::path& file, const config::S
       "depth frames: near is blue, far is red, black is no return; below, from above: rollouts by their field "
       "value, the true gate dark, the believed opening blue",
       {90, 835}, 11, kInk);
-  return write(file, canvas);
+  return canvas.save(file);
 }
 
 }  // namespace gatefield::simulator

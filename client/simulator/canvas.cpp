@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "common/base/text.h"
+#include "common/base/whole_file.h"
 
 namespace gatefield::simulator {
 namespace {
@@ -110,6 +113,14 @@ cv::Mat Canvas::finish() const {
   return out;
 }
 
+Status Canvas::save(const std::filesystem::path& file) const { return write_png(file, finish()); }
+
+Status write_png(const std::filesystem::path& file, const cv::Mat& picture) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", picture, bytes);
+  return write_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
 cv::Scalar ramp_color(double share) {
   static const cv::Mat table = [] {
     cv::Mat levels(1, 256, CV_8UC1), colors;
@@ -130,9 +141,7 @@ double tick_step(double span, int most) {
 
 std::string tick_label(double value, double step) {
   const int digits = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", digits, std::abs(value) < 1e-9 ? 0.0 : value);
-  return text;
+  return gatefield::fixed(std::abs(value) < 1e-9 ? 0.0 : value, digits);
 }
 
 void draw_color_bar(Canvas* canvas, const Eigen::Vector2d& top_left, double width, double height, double low,

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
+
+#include "common/base/result.h"
 
 namespace gatefield::simulator {
 
@@ -33,11 +36,16 @@ class Canvas {
   void image(const cv::Mat& picture, const Eigen::Vector2d& top_left, double width, double height);
 
   cv::Mat finish() const;
+  /// The finished sheet as a PNG file. Errors: as write_file().
+  Status save(const std::filesystem::path& file) const;
 
  private:
   cv::Point fixed(const Eigen::Vector2d& p) const;
   cv::Mat sheet_;
 };
+
+/// A picture as a PNG file. Errors: as write_file().
+Status write_png(const std::filesystem::path& file, const cv::Mat& picture);
 
 /// Colour for a share of 0 to 1, dark blue over green to red.
 cv::Scalar ramp_color(double share);

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 
 #include "client/simulator/canvas.h"
+#include "common/base/whole_file.h"
 #include "common/config/frame.h"
 
 namespace gatefield::simulator {
@@ -27,9 +27,7 @@ Status write_depth_picture(const std::filesystem::path& file, const Snapshot& sn
   canvas.image(colors, {40, 70}, kWidth_px, height_px);
   draw_color_bar(&canvas, {1045, 100}, 20, height_px - 30, 0.0, snapshot.camera.max_depth_m, "depth [m]");
 
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", canvas.finish(), bytes);
-  return write_whole(file, bytes.data(), bytes.size());
+  return canvas.save(file);
 }
 
 Status save_frame(const std::filesystem::path& folder, const Snapshot& snapshot, const scene::World& world) {
@@ -38,9 +36,7 @@ Status save_frame(const std::filesystem::path& folder, const Snapshot& snapshot,
   std::transform(depth.depth_m.begin(), depth.depth_m.end(), image.begin<std::uint16_t>(), [](float depth_m) {
     return static_cast<std::uint16_t>(std::clamp(std::lround(depth_m * 1000.0f), 0L, 65535L));
   });
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", image, bytes);
-  if (auto status = write_whole(folder / "depth.png", bytes.data(), bytes.size()); !status) return status;
+  if (auto status = write_png(folder / "depth.png", image); !status) return status;
 
   const scene::Gate& gate = world.gates[static_cast<std::size_t>(snapshot.gate)];
   config::SavedFrame frame;
@@ -49,8 +45,7 @@ Status save_frame(const std::filesystem::path& folder, const Snapshot& snapshot,
   frame.X_WC = snapshot.X_WC;
   frame.gate = config::SavedFrame::TrueGate{gate.X_WG, gate.shape};
   frame.time_s = snapshot.t_s;
-  const std::string text = config::frame_text(frame);
-  return write_whole(folder / "frame.txt", text.data(), text.size());
+  return write_file(folder / "frame.txt", config::frame_text(frame));
 }
 
 }  // namespace gatefield::simulator

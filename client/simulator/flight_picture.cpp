@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "client/simulator/canvas.h"
@@ -195,9 +194,7 @@ Status write_flight_picture(const std::filesystem::path& file, const config::Sce
   draw_color_bar(&canvas, {1712, 160}, 22, 750, speeds.low_m_s, speeds.high_m_s, "speed [m/s]");
   draw_legend(&canvas, {100, 978});
 
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", canvas.finish(), bytes);
-  return write_whole(file, bytes.data(), bytes.size());
+  return canvas.save(file);
 }
 
 Status write_flights_picture(const std::filesystem::path& file, const config::Scenario& scenario,
@@ -249,9 +246,7 @@ Status write_flights_picture(const std::filesystem::path& file, const config::Sc
   draw_color_bar(&canvas, {1712, 160}, 22, 750, speeds.low_m_s, speeds.high_m_s, "speed [m/s]");
   draw_legend(&canvas, {100, 978});
 
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", canvas.finish(), bytes);
-  return write_whole(file, bytes.data(), bytes.size());
+  return canvas.save(file);
 }
 
 }  // namespace gatefield::simulator

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "common/base/text.h"
 
 namespace gatefield::simulator {
 namespace {
@@ -12,12 +13,6 @@ constexpr double kFrameSearch_m = 5.0;
 double distance_to(const scene::Box& box, const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d p_O = box.X_WO.inverse() * p_W;
   return (p_O.cwiseAbs() - box.half_m).cwiseMax(0.0).norm();
-}
-
-std::string formatted(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
 }
 
 }  // namespace
@@ -155,7 +150,7 @@ std::vector<double> Referee::lap_times_s() const {
 }
 
 std::string Referee::sentence() const {
-  const std::string at = formatted(" at %.2f s", seconds(time_));
+  const std::string at = " at " + fixed(seconds(time_), 2) + " s";
   const std::string done =
       " after " + std::to_string(passes_.size()) + " of " + std::to_string(gates_total()) + " gates" + at;
   const std::string gate = "gate " + std::to_string(culprit_ + 1);
@@ -165,7 +160,7 @@ std::string Referee::sentence() const {
       return "running, " + std::to_string(passes_.size()) + " of " + std::to_string(gates_total()) + " gates" + at;
     case Outcome::kFinished:
       return "finished: " + std::to_string(gates_total()) + " of " + std::to_string(gates_total()) + " gates in " +
-             formatted("%.2f s", seconds(time_));
+             fixed(seconds(time_), 2) + " s";
     case Outcome::kTouchedGate:
       return "touched the frame of " + gate + done;
     case Outcome::kTouchedFloor:

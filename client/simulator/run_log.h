@@ -77,7 +77,4 @@ std::string summarize(const Report& report);
 /// Errors: the sentence names the file.
 Status write_csv(const std::filesystem::path& file, const Report& report);
 
-/// Puts bytes into a file such that it is there whole or not at all; makes its folder.
-Status write_whole(const std::filesystem::path& file, const void* data, std::size_t size);
-
 }  // namespace gatefield::simulator

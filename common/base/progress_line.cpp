@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "common/base/text.h"
+
 namespace gatefield {
 
 ProgressLine::ProgressLine(std::string title) : title_(std::move(title)), terminal_(isatty(STDOUT_FILENO) == 1) {}
@@ -35,17 +37,6 @@ void ProgressLine::say(const std::string& text) {
   std::printf("%s%s\n", open_ ? "\n" : "", text.c_str());
   std::fflush(stdout);
   open_ = false;
-}
-
-std::string clock_text(double seconds) {
-  const auto total = static_cast<long long>(std::max(0.0, std::isfinite(seconds) ? seconds : 0.0) + 0.5);
-  char text[32];
-  if (total >= 3600) {
-    std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", total / 3600, total / 60 % 60, total % 60);
-  } else {
-    std::snprintf(text, sizeof text, "%lld:%02lld", total / 60, total % 60);
-  }
-  return text;
 }
 
 }  // namespace gatefield

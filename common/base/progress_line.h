@@ -22,7 +22,4 @@ class ProgressLine {
   std::chrono::steady_clock::time_point last_{};
 };
 
-/// 75 -> "1:15", 3700 -> "1:01:40"
-std::string clock_text(double seconds);
-
 }  // namespace gatefield

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <string_view>
 
 namespace gatefield {
 
@@ -22,10 +23,43 @@ constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> count
   return counter;
 }
 
-/// A stream of random numbers on top of philox: (seed, stream) name it, so that every user has its own and none depends
-/// on how much another one drew. Thread-safe: no (one per user).   Real-time safe: yes.
+/// The name of a stream of random numbers, "gatefield.<who>.<what for>": every use has one of its own. It is hashed
+/// when the program is compiled (64-bit FNV-1a), so it costs nothing and can't be made up at run time.
+class Stream {
+ public:
+  explicit consteval Stream(std::string_view name) : hash_(0xcbf29ce484222325ull) {
+    for (const char c : name) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * 0x100000001b3ull;
+  }
+  constexpr std::uint64_t hash() const noexcept { return hash_; }
+
+ private:
+  std::uint64_t hash_;
+};
+
+/// The key of a stream: the finalizer of SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number
+/// generators", OOPSLA'14, doi:10.1145/2660193.2660195; constants of Stafford's Mix13) over seed ^ hash(name). It is a
+/// bijection: one name has another key for each seed, and two names a and b share a key only for two seeds that differ
+/// by exactly hash(a) ^ hash(b), a number of 64 bits that no two seeds of a campaign are apart. Since philox mixes
+/// counters under the key, streams of different names have nothing in common, whatever their counters mean.
+/// Thread-safe: yes (pure).   Real-time safe: yes.
+constexpr std::uint64_t stream_key(std::uint64_t seed, Stream name) noexcept {
+  std::uint64_t key = seed ^ name.hash();
+  key = (key ^ (key >> 30)) * 0xbf58476d1ce4e5b9ull;
+  key = (key ^ (key >> 27)) * 0x94d049bb133111ebull;
+  return key ^ (key >> 31);
+}
+
+/// Random numbers on top of philox, in a stream of one's own, so that none depends on how much another one drew.
+/// Thread-safe: no (one per user).   Real-time safe: yes.
 class Random {
  public:
+  /// The stream of that name: key stream_key(seed, name), counter (draws, index).
+  /// @param index  tells apart what draws in parallel under one name: the flight, the frame, the row
+  Random(std::uint64_t seed, Stream name, std::uint64_t index = 0) noexcept : Random(stream_key(seed, name), index) {}
+
+  /// The same with the key itself: (seed, stream) are key and upper half of the counter. Only for keys that are drawn
+  /// or belong to one user: all that takes the same seed this way has the same key, and streams are then told apart by
+  /// counters alone.
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0) noexcept
       : key_{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)},
         counter_{0, 0, static_cast<std::uint32_t>(stream), static_cast<std::uint32_t>(stream >> 32)} {}

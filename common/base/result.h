@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cassert>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -42,6 +43,8 @@ struct Error {
   std::string field;                   ///< dotted path of what was wrong ("quadrotor.mass_kg"); empty: no field's fault
   std::string value;                   ///< the field's value as text; empty: none
   std::string expected;                ///< what would have been right; empty: the sentence says it
+  std::string file;                    ///< of a text that a person wrote: where it went wrong; empty: in none
+  int line = 0;                        ///< in that file, from 1; 0: not known
 
   explicit Error(std::string sentence, ErrorCode kind = ErrorCode::kOther, std::string of_field = {})
       : message(std::move(sentence)), code(kind), field(std::move(of_field)) {}
@@ -60,9 +63,32 @@ struct Error {
   Error within(const std::string& where, const std::string& path = {}) const {
     Error error = *this;
     error.message = where + message;
+    error.file.clear();  // the place stands in mid-sentence now
+    error.line = 0;
+    error.place_length_ = 0;
     if (!field.empty()) error.field = path + field;
     return error;
   }
+
+  /// The same failure with its place in a text before the sentence: "course.txt:3:7: gate.inner_half_m is ...". A place
+  /// in the same file gives way, since a line is found later than the file; one in another file stays in the sentence.
+  /// @param of_line, of_column  from 1; 0: not known
+  /// @param within              what stands between place and sentence: "cell 'a': "
+  Error at(const std::string& in_file, int of_line = 0, int of_column = 0, const std::string& within = {}) const {
+    std::string place = in_file;
+    if (of_line > 0) place.append(":").append(std::to_string(of_line));
+    if (of_line > 0 && of_column > 0) place.append(":").append(std::to_string(of_column));
+    place.append(": ");
+    Error error = *this;
+    error.message = place + within + (file == in_file ? message.substr(place_length_) : message);
+    error.file = in_file;
+    error.line = of_line;
+    error.place_length_ = place.size();
+    return error;
+  }
+
+ private:
+  std::size_t place_length_ = 0;  ///< how much of the message is the place
 };
 
 /// A value, or why there is none. Can't be ignored; bugs abort instead of coming this way.

@@ -3,10 +3,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace gatefield {
 
 std::string text(double value) { return fmt::format("{:.9g}", value); }
+
+std::string brief(double value) { return fmt::format("{:g}", value); }
+
+std::string fixed(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
+
+std::string clock_text(double seconds) {
+  const auto total = static_cast<long long>(std::max(0.0, std::isfinite(seconds) ? seconds : 0.0) + 0.5);
+  if (total < 3600) return fmt::format("{}:{:02}", total / 60, total % 60);
+  return fmt::format("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60);
+}
+
+std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
 bool printable(std::string_view text) noexcept {
   return std::none_of(text.begin(), text.end(), [](char c) {

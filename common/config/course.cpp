@@ -188,9 +188,9 @@ scene::World nominal_world(const Track& track) {
 
 Result<Track> load_track(const std::filesystem::path& file) {
   CourseFile spec;
-  if (auto status = load_text(file, &spec); !status) return Error{status.error()};
+  if (auto status = load_text(file, &spec); !status) return status.failure();
   Track track;
-  if (auto status = convert(spec, &track); !status) return in_file(file, status.error());
+  if (auto status = convert(spec, &track); !status) return in_file(file, status.failure());
   return track;
 }
 

@@ -36,7 +36,7 @@ Result<Eigen::Isometry3d> get_pose(const PoseSpec& spec, const std::string& fiel
 
 Result<SavedFrame> load_frame(const std::filesystem::path& file) {
   FrameFile spec;
-  if (auto status = load_text(file, &spec); !status) return Error{status.error()};
+  if (auto status = load_text(file, &spec); !status) return status.failure();
   SavedFrame frame;
   frame.depth_file = file.parent_path() / spec.depth_file();
   frame.camera.width_px = spec.camera().width_px();
@@ -47,13 +47,14 @@ Result<SavedFrame> load_frame(const std::filesystem::path& file) {
   frame.camera.cy_px = spec.camera().cy_px();
   frame.camera.min_depth_m = spec.camera().min_depth_m();
   frame.camera.max_depth_m = spec.camera().max_depth_m();
-  if (auto status = validate(frame.camera); !status) return in_file(file, status.error());
+  if (auto status = validate(frame.camera); !status) return in_file(file, status.failure());
   const auto X_WC = get_pose(spec.camera_pose(), "camera_pose");
-  if (!X_WC) return in_file(file, X_WC.error());
+  if (!X_WC) return in_file(file, X_WC.failure());
   frame.X_WC = *X_WC;
   frame.time_s = spec.time_s();
   if (spec.has_gate() != spec.has_gate_pose())
-    return in_file(file, "has only one of gate and gate_pose, expected both or none");
+    return in_file(file,
+                   Error{"has only one of gate and gate_pose, expected both or none", ErrorCode::kInvalid, "gate"});
   if (spec.has_gate()) {
     SavedFrame::TrueGate gate;
     gate.shape.opening =
@@ -61,9 +62,9 @@ Result<SavedFrame> load_frame(const std::filesystem::path& file) {
     gate.shape.inner_half_m = spec.gate().inner_half_m();
     gate.shape.outer_half_m = spec.gate().outer_half_m();
     gate.shape.thickness_m = spec.gate().thickness_m();
-    if (auto status = validate(gate.shape); !status) return in_file(file, status.error());
+    if (auto status = validate(gate.shape); !status) return in_file(file, status.failure());
     const auto X_WG = get_pose(spec.gate_pose(), "gate_pose");
-    if (!X_WG) return in_file(file, X_WG.error());
+    if (!X_WG) return in_file(file, X_WG.failure());
     gate.X_WG = *X_WG;
     frame.gate = gate;
   }

@@ -33,7 +33,8 @@ Result<fs::path> config_folder() {
   if (const char* set = std::getenv("GATEFIELD_CONFIG"); set != nullptr && *set != '\0') {
     if (fs::is_directory(set, failure)) return fs::path(set);
     return Error{"GATEFIELD_CONFIG is '" + std::string(set) +
-                 "', expected an existing folder with vehicles, courses, scenarios and profiles"};
+                     "', expected an existing folder with vehicles, courses, scenarios and profiles",
+                 ErrorCode::kUnreadable};
   }
   const fs::path program = fs::read_symlink("/proc/self/exe", failure);
   const fs::path installed = program.parent_path().parent_path() / "share/gatefield/config";
@@ -41,24 +42,28 @@ Result<fs::path> config_folder() {
   const fs::path source = GATEFIELD_SOURCE_CONFIG_FOLDER;
   if (fs::is_directory(source, failure)) return source;
   return Error{"no configuration folder: looked at " + installed.string() + " and " + source.string() +
-               ", expected one of them or GATEFIELD_CONFIG to name it"};
+                   ", expected one of them or GATEFIELD_CONFIG to name it",
+               ErrorCode::kUnreadable};
 }
 
 Result<fs::path> find_config(const std::string& kind, const std::string& name, const fs::path& base) {
-  if (name.empty()) return Error{"an empty name for one of the " + kind + ", expected a file or a short name"};
+  if (name.empty())
+    return Error{"an empty name for one of the " + kind + ", expected a file or a short name", ErrorCode::kUnknownName};
   const fs::path given(name);
   if (given.is_relative() && !base.empty() && is_file(base / given)) return (base / given).lexically_normal();
   if (is_file(given)) return given;
   const bool short_name = given.filename() == given && given.extension() != ".txt";
   std::error_code failure;
-  if (fs::is_directory(given, failure)) return Error{name + ": is a folder, expected a text file"};
-  if (!short_name) return Error{name + ": does not exist, expected a text file"};
+  if (fs::is_directory(given, failure))
+    return Error{"is a folder, expected a text file", ErrorCode::kUnreadable}.at(name);
+  if (!short_name) return Error{"does not exist, expected a text file", ErrorCode::kUnreadable}.at(name);
   const auto folder = config_folder();
-  if (!folder) return Error{folder.error()};
+  if (!folder) return folder.failure();
   const fs::path shipped = *folder / kind / (name + ".txt");
   if (is_file(shipped)) return shipped;
   return Error{"'" + name + "' is neither a file nor one of the " + kind + " in " + (*folder / kind).string() +
-               ", expected a path or one of: " + shipped_names(*folder / kind)};
+                   ", expected a path or one of: " + shipped_names(*folder / kind),
+               ErrorCode::kUnknownName};
 }
 
 }  // namespace gatefield::config

@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <numbers>
-#include <sstream>
 
 #include "common/base/random.h"
+#include "common/base/text.h"
 #include "common/config/locate.h"
 #include "common/config/scenario.pb.h"
 #include "common/config/sensor_noise_file.h"
@@ -17,9 +17,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 
 Status check(const char* field, double value, double low, double high, const char* unit) {
   if (value >= low && value <= high) return {};
-  std::ostringstream out;
-  out << field << " is " << value << ", expected " << low << " to " << high << unit;
-  return Error{out.str()};
+  return Error::invalid(field, brief(value), brief(low) + " to " + brief(high) + unit);
 }
 
 Status first_failure(std::initializer_list<Status> checks) {
@@ -39,7 +37,8 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
   if (auto status = validate(scenario->sensor_noise); !status) return status;
   if (spec.has_stereo()) {
     if (spec.has_sensor_noise() || spec.has_sensor_noise_file())
-      return Error{"stereo and sensor_noise are both set, expected one: the pair of cameras makes its own noise"};
+      return Error{"stereo and sensor_noise are both set, expected one: the pair of cameras makes its own noise",
+                   ErrorCode::kInvalid, "stereo"};
     scene::StereoOptions options;
     if (spec.stereo().has_ambient()) options.ambient = spec.stereo().ambient();
     if (spec.stereo().has_lamp()) options.lamp = spec.stereo().lamp();
@@ -95,9 +94,9 @@ Result<Scenario> make_scenario(const std::filesystem::path& course_file, const s
   scenario.course_file = course_file;
   scenario.vehicle_file = vehicle_file;
   auto track = load_track(course_file);
-  if (!track) return Error{track.error()};
+  if (!track) return track.failure();
   auto vehicle = load_vehicle(vehicle_file);
-  if (!vehicle) return Error{vehicle.error()};
+  if (!vehicle) return vehicle.failure();
   scenario.track = *track;
   scenario.vehicle = *vehicle;
   return scenario;
@@ -105,22 +104,24 @@ Result<Scenario> make_scenario(const std::filesystem::path& course_file, const s
 
 Result<Scenario> load_scenario(const std::filesystem::path& file) {
   ScenarioFile spec;
-  if (auto status = load_text(file, &spec); !status) return Error{status.error()};
+  if (auto status = load_text(file, &spec); !status) return status.failure();
   return make_scenario(spec, file);
 }
 
 Result<Scenario> make_scenario(const ScenarioFile& spec, const std::filesystem::path& file) {
   const auto course_file = find_config("courses", spec.course(), file.parent_path());
-  if (!course_file) return in_file(file, "course: " + course_file.error());
+  if (!course_file) return in_file(file, course_file.failure().within("course: "));
   const auto vehicle_file = find_config("vehicles", spec.vehicle(), file.parent_path());
-  if (!vehicle_file) return in_file(file, "vehicle: " + vehicle_file.error());
+  if (!vehicle_file) return in_file(file, vehicle_file.failure().within("vehicle: "));
   auto scenario = make_scenario(*course_file, *vehicle_file);
-  if (!scenario) return Error{scenario.error()};
-  if (auto status = convert(spec, &scenario.value()); !status) return in_file(file, status.error());
+  if (!scenario) return scenario.failure();
+  if (auto status = convert(spec, &scenario.value()); !status) return in_file(file, status.failure());
   if (spec.has_sensor_noise_file()) {
-    if (spec.has_sensor_noise()) return in_file(file, "sensor_noise and sensor_noise_file are both set, expected one");
+    if (spec.has_sensor_noise())
+      return in_file(file, Error{"sensor_noise and sensor_noise_file are both set, expected one", ErrorCode::kInvalid,
+                                 "sensor_noise"});
     const auto noise = load_sensor_noise(file.parent_path() / spec.sensor_noise_file());
-    if (!noise) return in_file(file, "sensor_noise_file: " + noise.error());
+    if (!noise) return in_file(file, noise.failure().within("sensor_noise_file: "));
     scenario.value().sensor_noise = *noise;
   }
   return scenario;

@@ -2,7 +2,7 @@
 
 #include <sstream>
 
-#include "common/base/write_text_file.h"
+#include "common/base/whole_file.h"
 #include "common/config/scenario.pb.h"
 #include "common/config/text_file.h"
 
@@ -26,9 +26,9 @@ scene::SensorNoise to_sensor_noise(const SensorNoiseSpec& spec) {
 
 Result<scene::SensorNoise> load_sensor_noise(const std::filesystem::path& file) {
   SensorNoiseSpec spec;
-  if (auto status = load_text(file, &spec); !status) return Error{status.error()};
+  if (auto status = load_text(file, &spec); !status) return status.failure();
   const scene::SensorNoise noise = to_sensor_noise(spec);
-  if (auto status = validate(noise); !status) return in_file(file, status.error());
+  if (auto status = validate(noise); !status) return in_file(file, status.failure());
   return noise;
 }
 
@@ -57,7 +57,7 @@ Status save_sensor_noise(const std::filesystem::path& file, const scene::SensorN
   put("incidence_loss", noise.incidence_loss);
   put("reflectance_loss", noise.reflectance_loss);
   put("scale", noise.scale);
-  return write_text_file(file, text.str());
+  return write_file(file, text.str());
 }
 
 }  // namespace gatefield::config

@@ -4,11 +4,12 @@
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 
-#include <fstream>
 #include <optional>
 #include <string_view>
 #include <system_error>
 #include <vector>
+
+#include "common/base/whole_file.h"
 
 namespace gatefield::config {
 namespace {
@@ -33,8 +34,9 @@ std::vector<std::string> quoted(const std::string& message) {
   return parts;
 }
 
-/// Protobuf says what it stumbled over; people also want to hear what would have been right.
-std::string explain(const std::string& message, const google::protobuf::DescriptorPool& pool) {
+/// Protobuf says what it stumbled over, in words only; people also want to hear what would have been right. What it
+/// says is looked into for the sake of a better sentence and the field's name, and nothing is decided by it.
+Error explain(const std::string& message, const google::protobuf::DescriptorPool& pool) {
   const auto names = quoted(message);
   // built with +=, since g++ 12 warns wrongly of overlap (-Wrestrict) at "literal" + temporary
   std::string sentence;
@@ -42,24 +44,24 @@ std::string explain(const std::string& message, const google::protobuf::Descript
     const auto* type = pool.FindMessageTypeByName(names[0]);
     if (type != nullptr) {
       sentence += "unknown field '" + names[1] + "', expected one of: " + field_names(*type);
-      return sentence;
+      return Error{sentence, ErrorCode::kInvalid, names[1]};
     }
   }
   if (names.size() >= 2 && message.starts_with("Unknown enumeration value")) {
     sentence += "'" + names[0] + "' is no value of field '" + names[1] + "', expected one of the names in its schema";
-    return sentence;
+    return Error{sentence, ErrorCode::kInvalid, names[1]};
   }
   constexpr std::string_view kExpected = "Expected ", kGot = ", got: ";
   const std::size_t got = message.find(kGot);
   if (message.starts_with(kExpected) && got != std::string::npos) {
     sentence += "found " + message.substr(got + kGot.size()) + ", expected ";
     sentence += message.substr(kExpected.size(), got - kExpected.size());
-    return sentence;
+    return Error{sentence, ErrorCode::kUnreadable};
   }
   sentence += message;
   sentence += message.ends_with('.') ? "" : ".";
   sentence += " Expected protobuf text format: name: value or name { ... }";
-  return sentence;
+  return Error{sentence, ErrorCode::kUnreadable};
 }
 
 class Collector final : public google::protobuf::io::ErrorCollector {
@@ -68,18 +70,16 @@ class Collector final : public google::protobuf::io::ErrorCollector {
 
   void AddError(int line, google::protobuf::io::ColumnNumber column, const std::string& message) override {
     if (first_) return;  // what follows the first error is mostly its echo
-    first_ = line < 0 ? name_ + ": " + explain(message, pool_)
-                      : name_ + ":" + std::to_string(line + 1) + ":" + std::to_string(column + 1) + ": " +
-                            explain(message, pool_);
+    first_ = explain(message, pool_).at(name_, line + 1, column + 1);
   }
   void AddWarning(int, google::protobuf::io::ColumnNumber, const std::string&) override {}
 
-  const std::optional<std::string>& first() const { return first_; }
+  const std::optional<Error>& first() const { return first_; }
 
  private:
   const std::string& name_;
   const google::protobuf::DescriptorPool& pool_;
-  std::optional<std::string> first_;
+  std::optional<Error> first_;
 };
 
 }  // namespace
@@ -95,37 +95,32 @@ Status parse_text(const std::string& text, const std::string& name, google::prot
   if (lines != nullptr) parser.WriteLocationsTo(lines);
   google::protobuf::io::ArrayInputStream stream(text.data(), static_cast<int>(text.size()));
   if (!parser.Parse(&stream, message))
-    return Error{collector.first().value_or(name + ": is no protobuf text, expected name: value or name { ... }")};
+    return collector.first().value_or(
+        Error{"is no protobuf text, expected name: value or name { ... }", ErrorCode::kUnreadable}.at(name));
 
   std::vector<std::string> missing;
   message->FindInitializationErrors(&missing);
-  if (!missing.empty())
-    return Error{name + ": required field '" + missing.front() + "' is missing, expected a value" +
-                 (missing.size() > 1 ? " (and " + std::to_string(missing.size() - 1) + " more are missing)" : "")};
-  return {};
+  if (missing.empty()) return {};
+  std::string sentence = "required field '" + missing.front() + "' is missing, expected a value";
+  if (missing.size() > 1) sentence += " (and " + std::to_string(missing.size() - 1) + " more are missing)";
+  return Error{sentence, ErrorCode::kInvalid, missing.front()}.at(name);
 }
 
 Status load_text(const std::filesystem::path& file, google::protobuf::Message* message,
                  google::protobuf::TextFormat::ParseInfoTree* lines) {
-  const std::string name = file.string();
+  const auto unreadable = [&](const char* why) { return Error{why, ErrorCode::kUnreadable}.at(file.string()); };
   std::error_code failure;
   const auto status = std::filesystem::status(file, failure);
-  if (!std::filesystem::exists(status)) return Error{name + ": does not exist, expected a text file"};
-  if (std::filesystem::is_directory(status)) return Error{name + ": is a folder, expected a text file"};
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return Error{name + ": can't be opened, expected a file that this user may read"};
-  std::string text;
-  std::vector<char> block(1u << 16);
-  while (in.read(block.data(), static_cast<std::streamsize>(block.size())), in.gcount() > 0) {
-    text.append(block.data(), static_cast<std::size_t>(in.gcount()));
-    if (text.size() > kMaxBytes) return Error{name + ": is larger than 16 MiB, expected a configuration file"};
-  }
-  if (in.bad()) return Error{name + ": reading failed, expected a readable text file"};
-  return parse_text(text, name, message, lines);
+  if (!std::filesystem::exists(status)) return unreadable("does not exist, expected a text file");
+  if (std::filesystem::is_directory(status)) return unreadable("is a folder, expected a text file");
+  const auto text = read_file(file, kMaxBytes + 1);
+  if (!text) return text.failure();
+  if (text->size() > kMaxBytes) return unreadable("is larger than 16 MiB, expected a configuration file");
+  return parse_text(*text, file.string(), message, lines);
 }
 
-Error in_file(const std::filesystem::path& file, const std::string& sentence) {
-  return Error(file.string() + ": " + sentence);
+Error in_file(const std::filesystem::path& file, const Error& error) {
+  return error.file == file.string() ? error : error.at(file.string());
 }
 
 }  // namespace gatefield::config

@@ -13,10 +13,11 @@ namespace gatefield::config {
 
 /// Reads a protobuf text file into `message` (cleared first).
 ///
-/// Errors, each one sentence that begins with the file's name:
-///   file:line:column: what is wrong, what was expected     (syntax, wrong type, unknown field, unknown enum value)
-///   file: required field 'a.b' is missing ...              (proto2 `required`)
-///   file: does not exist / is a folder / can't be read / is larger than 16 MiB
+/// Errors, each one sentence that begins with the file's name, with file and line in the Error:
+///   kUnreadable  file:line:column: what was found, what was expected       (syntax, wrong type)
+///                file: does not exist / is a folder / can't be read / is larger than 16 MiB
+///   kInvalid     file:line:column: unknown field, unknown enum value       (with the field)
+///                file: required field 'a.b' is missing ...                 (proto2 `required`; with the field)
 /// Thread-safe: yes.   Real-time safe: no.
 /// @param lines  when given: learns in which line each field stands, for the sentences of a later validation
 Status load_text(const std::filesystem::path& file, google::protobuf::Message* message,
@@ -26,8 +27,8 @@ Status load_text(const std::filesystem::path& file, google::protobuf::Message* m
 Status parse_text(const std::string& text, const std::string& name, google::protobuf::Message* message,
                   google::protobuf::TextFormat::ParseInfoTree* lines = nullptr);
 
-/// Puts the file's name before the sentence of a failed validation: "circle.txt: gate.inner_half_m is ..., expected
-/// ...".
-Error in_file(const std::filesystem::path& file, const std::string& sentence);
+/// A failed validation of what stands in a file: "circle.txt: gate.inner_half_m is ..., expected ...". A place that the
+/// error has in this file already stays.
+Error in_file(const std::filesystem::path& file, const Error& error);
 
 }  // namespace gatefield::config

@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "common/base/text.h"
 #include "common/config/text_file.h"
 #include "common/config/vehicle.pb.h"
 
@@ -16,15 +17,17 @@ Result<CameraModel> to_camera(const CameraSpec& spec) {
   const bool any_fov = spec.has_horizontal_fov_deg() || spec.has_vertical_fov_deg();
   const bool any_focal = spec.has_fx_px() || spec.has_fy_px() || spec.has_cx_px() || spec.has_cy_px();
   if (has_fov == has_focal || (any_fov && any_focal))
-    return Error{"camera has " +
-                 std::string(any_fov && any_focal ? "both fields of view and focal lengths" : "an incomplete lens") +
-                 ", expected either horizontal_fov_deg and vertical_fov_deg, or fx_px, fy_px, cx_px and cy_px"};
+    return Error{
+        "camera has " +
+            std::string(any_fov && any_focal ? "both fields of view and focal lengths" : "an incomplete lens") +
+            ", expected either horizontal_fov_deg and vertical_fov_deg, or fx_px, fy_px, cx_px and cy_px",
+        ErrorCode::kInvalid, "camera"};
   CameraModel camera;
   if (has_fov) {
     for (const auto& [name, value] : {std::pair("horizontal_fov_deg", spec.horizontal_fov_deg()),
                                       std::pair("vertical_fov_deg", spec.vertical_fov_deg())})
       if (!(value >= 5 && value <= 160))
-        return Error{"camera." + std::string(name) + " is " + std::to_string(value) + ", expected 5 to 160 degrees"};
+        return Error::invalid(std::string("camera.") + name, text(value), "5 to 160 degrees");
     camera = camera_from_fov(spec.width_px(), spec.height_px(), spec.horizontal_fov_deg() * kDegree,
                              spec.vertical_fov_deg() * kDegree);
   } else {
@@ -45,14 +48,13 @@ Result<CameraModel> to_camera(const CameraSpec& spec) {
       Eigen::AngleAxisd(mount.yaw_left_deg() * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix() *
       X_BC_level.linear() * Eigen::AngleAxisd(mount.roll_deg() * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   camera.X_BC.translation() = Eigen::Vector3d(mount.x_m(), mount.y_m(), mount.z_m());
-  if (auto status = validate(camera); !status) return Error{status.error()};
+  if (auto status = validate(camera); !status) return status.failure();
   return camera;
 }
 
-Result<QuadrotorModel> to_quadrotor(const QuadrotorSpec& spec) {
+Result<QuadrotorModel> to_quadrotor(const QuadrotorSpec& spec, std::vector<std::string>* notes) {
   if (spec.rotor_size() != kRotors)
-    return Error{"quadrotor.rotor is given " + std::to_string(spec.rotor_size()) + " times, expected exactly " +
-                 std::to_string(kRotors)};
+    return Error::invalid("quadrotor.rotor", "given " + text(spec.rotor_size()) + " times", "exactly " + text(kRotors));
   QuadrotorModel model;
   model.mass_kg = spec.mass_kg();
   model.inertia_kg_m2 = {spec.inertia_kg_m2().xx(), spec.inertia_kg_m2().yy(), spec.inertia_kg_m2().zz()};
@@ -68,7 +70,8 @@ Result<QuadrotorModel> to_quadrotor(const QuadrotorSpec& spec) {
   model.rotor_time_constant_s = spec.rotor_time_constant_s();
   model.drag_kg_s = {spec.drag_kg_s().x(), spec.drag_kg_s().y(), spec.drag_kg_s().z()};
   model.collision_radius_m = spec.collision_radius_m();
-  if (auto status = validate(model); !status) return Error{status.error()};
+  if (auto note = mend_inertia(&model)) notes->push_back("quadrotor." + *note);
+  if (auto status = validate(model); !status) return status.failure();
   return model;
 }
 
@@ -76,15 +79,16 @@ Result<QuadrotorModel> to_quadrotor(const QuadrotorSpec& spec) {
 
 Result<Vehicle> load_vehicle(const std::filesystem::path& file) {
   VehicleFile spec;
-  if (auto status = load_text(file, &spec); !status) return Error{status.error()};
+  if (auto status = load_text(file, &spec); !status) return status.failure();
   Vehicle vehicle;
   vehicle.title = spec.title();
-  auto quadrotor = to_quadrotor(spec.quadrotor());
-  if (!quadrotor) return in_file(file, quadrotor.error());
+  auto quadrotor = to_quadrotor(spec.quadrotor(), &vehicle.notes);
+  if (!quadrotor) return in_file(file, quadrotor.failure());
   auto camera = to_camera(spec.camera());
-  if (!camera) return in_file(file, camera.error());
+  if (!camera) return in_file(file, camera.failure());
   vehicle.quadrotor = *quadrotor;
   vehicle.camera = *camera;
+  for (std::string& note : vehicle.notes) note = file.string() + ": " + note;
   return vehicle;
 }
 

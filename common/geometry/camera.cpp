@@ -77,8 +77,14 @@ Status validate(const CameraModel& camera) {
     return wrong("fx_px", camera.fx_px, "a positive focal length in pixels");
   if (!(camera.fy_px > 0 && camera.fy_px < 1e5))
     return wrong("fy_px", camera.fy_px, "a positive focal length in pixels");
-  if (!(std::abs(camera.cx_px) < 1e5)) return wrong("cx_px", camera.cx_px, "a finite principal point in pixels");
-  if (!(std::abs(camera.cy_px) < 1e5)) return wrong("cy_px", camera.cy_px, "a finite principal point in pixels");
+  const auto outside = [](const char* field, double value, int size_px) {
+    return Error::invalid(std::string("camera.") + field, text(value),
+                          "0 to " + text(size_px) +
+                              ", a principal point inside the image (are focal lengths and principal point those of "
+                              "the image as it is sent, after binning or decimation?)");
+  };
+  if (!(camera.cx_px >= 0 && camera.cx_px <= camera.width_px)) return outside("cx_px", camera.cx_px, camera.width_px);
+  if (!(camera.cy_px >= 0 && camera.cy_px <= camera.height_px)) return outside("cy_px", camera.cy_px, camera.height_px);
   if (!(camera.min_depth_m > 0)) return wrong("min_depth_m", camera.min_depth_m, "more than 0 m");
   if (!(camera.max_depth_m > camera.min_depth_m && camera.max_depth_m <= 100.0))
     return wrong("max_depth_m", camera.max_depth_m, "more than min_depth_m and at most 100 m");

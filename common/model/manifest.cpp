@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/base/write_text_file.h"
+#include "common/base/whole_file.h"
 #include "common/config/text_file.h"
 #include "common/model/bundle.h"
 #include "common/model/manifest.pb.h"
@@ -69,7 +69,7 @@ std::string manifest_text(const Manifest& manifest) {
 }
 
 Status write_manifest(const Manifest& manifest, const std::filesystem::path& file) {
-  return write_text_file(file, manifest_text(manifest));
+  return write_file(file, manifest_text(manifest));
 }
 
 namespace {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
-#include "common/base/write_text_file.h"
-#include "common/plot/program.h"
+#include "common/base/child_process.h"
+#include "common/base/text.h"
+#include "common/base/whole_file.h"
 #include "common/plot/table.h"
 
 namespace gatefield::plot {
@@ -16,12 +16,7 @@ namespace {
 constexpr std::array kColors{"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
 constexpr double kBarsWidth = 0.8;  ///< of the distance between two places on the axis, for all series together
 
-std::string number(double value) {
-  if (!std::isfinite(value)) return "NaN";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
+std::string number(double value) { return std::isfinite(value) ? text(value) : "NaN"; }
 
 /// A gnuplot string. In single quotes nothing is special but the quote itself; line ends would end the command.
 std::string quoted(const std::string& text) {
@@ -194,7 +189,7 @@ std::string to_gnuplot(const Chart& chart, const std::string& csv, const std::st
 
 Result<Drawn> draw(const Chart& chart, const std::filesystem::path& folder, const std::string& name,
                    const DrawOptions& options) {
-  if (Status checked = validate(chart); !checked) return Error{checked.error()};
+  if (Status checked = validate(chart); !checked) return checked.failure();
   if (!plain_name(name)) return Error{"chart: the name '" + name + "' has other characters than A-Z a-z 0-9 _ . -"};
   std::error_code code;
   std::filesystem::create_directories(folder, code);
@@ -203,20 +198,21 @@ Result<Drawn> draw(const Chart& chart, const std::filesystem::path& folder, cons
   drawn.csv = folder / (name + ".csv");
   drawn.script = folder / (name + ".gp");
   const std::filesystem::path png = folder / (name + ".png");
-  if (Status written = write_text_file(drawn.csv, to_csv(chart)); !written) return Error{written.error()};
-  if (Status written = write_text_file(drawn.script, to_gnuplot(chart, name + ".csv", name + ".png")); !written)
-    return Error{written.error()};
+  if (Status written = write_file(drawn.csv, to_csv(chart)); !written) return written.failure();
+  if (Status written = write_file(drawn.script, to_gnuplot(chart, name + ".csv", name + ".png")); !written)
+    return written.failure();
   std::filesystem::remove(png, code);  // an old picture must not pass for this one
 
   // -d: a person's own settings must not change what a report looks like.
-  const ProgramEnd end = run_program({options.gnuplot, "-d", name + ".gp"}, folder, options.limit);
+  ChildOptions gnuplot;
+  gnuplot.arguments = {options.gnuplot, "-d", name + ".gp"};
+  gnuplot.folder = folder;
+  const auto end = run_child(gnuplot, options.limit);
   std::string why;
-  if (end.kind == ProgramEnd::Kind::kNotFound) {
-    why = options.gnuplot + " isn't there (package gnuplot-nox)";
-  } else if (end.kind == ProgramEnd::Kind::kTooLong) {
-    why = options.gnuplot + " took longer than " + std::to_string(options.limit.count()) + " ms and was stopped";
-  } else if (end.kind != ProgramEnd::Kind::kExited || end.code != 0) {
-    why = options.gnuplot + " failed: " + end.words;
+  if (!end) {
+    why = end.failure().field == "program" ? options.gnuplot + " isn't there (package gnuplot-nox)" : end.error();
+  } else if (!end->well()) {
+    why = options.gnuplot + " failed: " + end->words;
   } else if (!std::filesystem::exists(png, code)) {
     why = options.gnuplot + " ended well and left no picture";
   } else {

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
+
+#include "common/base/text.h"
 
 namespace gatefield::plot {
 namespace {
@@ -54,11 +55,7 @@ std::string escaped_markdown(const std::string& text) {
 
 }  // namespace
 
-Cell::Cell(double number, int digits) : value(number) {
-  char buffer[48];
-  std::snprintf(buffer, sizeof buffer, "%.*f", digits, number);
-  text = std::isfinite(number) ? buffer : "-";
-}
+Cell::Cell(double number, int digits) : value(number) { text = std::isfinite(number) ? fixed(number, digits) : "-"; }
 
 std::string csv_cell(std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
@@ -123,9 +120,7 @@ std::string to_csv(const Table& table) {
     line([&](std::size_t i) -> std::string {
       if (i >= row.size()) return "";
       if (!std::isfinite(row[i].value)) return row[i].text == "-" ? "" : row[i].text;
-      char buffer[48];
-      std::snprintf(buffer, sizeof buffer, "%.9g", row[i].value);
-      return buffer;
+      return text(row[i].value);
     });
   }
   return out;

@@ -154,7 +154,7 @@ std::uint32_t threshold(double probability, double range) {
 Status validate(const SensorNoise& noise) {
   const auto check = [](const char* field, double value, double low, double high, const char* expected) -> Status {
     if (value >= low && value <= high) return {};
-    return Error{std::string("noise.") + field + " is " + std::to_string(value) + ", expected " + expected};
+    return Error::invalid(std::string("noise.") + field, std::to_string(value), expected);
   };
   for (const Status& status : {check("baseline_m", noise.baseline_m, 0.005, 1.0, "0.005 to 1 m"),
                                check("disparity_noise_px", noise.disparity_noise_px, 0.0, 10.0, "0 to 10 px"),

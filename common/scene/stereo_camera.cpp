@@ -176,7 +176,7 @@ float refine(const cv::Mat& left, const cv::Mat& right, const cv::Mat& disparity
 Status validate(const StereoOptions& options) {
   const auto check = [](const char* field, double value, double low, double high, const char* expected) -> Status {
     if (value >= low && value <= high) return {};
-    return Error{std::string("stereo.") + field + " is " + std::to_string(value) + ", expected " + expected};
+    return Error::invalid(std::string("stereo.") + field, std::to_string(value), expected);
   };
   for (const Status& status :
        {check("upsampling", options.upsampling, 1, 8, "1 to 8"),
@@ -202,7 +202,7 @@ Status validate(const StereoOptions& options) {
     if (!status.ok()) return status;
   }
   if (options.block_px % 2 == 0) {
-    return Error{"stereo.block_px is " + std::to_string(options.block_px) + ", expected an odd number"};
+    return Error::invalid("stereo.block_px", std::to_string(options.block_px), "an odd number");
   }
   return {};
 }

@@ -1,5 +1,6 @@
 #include "common/vehicle/quadrotor.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -44,12 +45,94 @@ QuadrotorState advance(const QuadrotorState& state, const Derivative& d, double 
   return next;
 }
 
+constexpr double kTriangleTolerance = 1e-6;           ///< relative; what arithmetic leaves over
+constexpr double kLightest = 0.01, kHeaviest = 10.0;  ///< moments of inertia, in m a^2
+constexpr double kLeastYaw = 1e-3;                    ///< torque per thrust, in a
+
+Error wrong(const std::string& field, const std::string& value, const std::string& expected) {
+  return Error::invalid("vehicle." + field, value, expected);
+}
+Error wrong(const std::string& field, double value, const std::string& expected) {
+  return wrong(field, text(value), expected);
+}
+
+double longest_arm_m(const QuadrotorModel& model) {
+  double arm_m = 0.0;
+  for (const Eigen::Vector2d& p_B : model.rotor_position_B_m) arm_m = std::max(arm_m, p_B.norm());
+  return arm_m;
+}
+
+/// Smallest singular value over the largest.
+template <typename Matrix>
+double authority(const Matrix& wrench) {
+  const auto values = Eigen::JacobiSVD<Eigen::MatrixXd>(wrench).singularValues();
+  return values[values.size() - 1] / values[0];
+}
+
+Status validate_body(const QuadrotorModel& model) {
+  const double arm_m = longest_arm_m(model), unit = model.mass_kg * arm_m * arm_m;
+  const Eigen::Vector3d& J = model.inertia_kg_m2;
+  for (int i = 0; i < 3; ++i) {
+    const std::string axis = "[" + std::to_string(i) + "]";
+    if (!(J[i] >= kLightest * unit && J[i] <= kHeaviest * unit))
+      return wrong("inertia_kg_m2" + axis, J[i],
+                   text(kLightest * unit) + " to " + text(kHeaviest * unit) +
+                       " kg m^2, 0.01 to 10 times mass and longest arm squared");
+    const double others = J.sum() - J[i];
+    if (J[i] > others * (1.0 + kTriangleTolerance))
+      return wrong("inertia_kg_m2" + axis, J[i],
+                   "at most " + text(others) +
+                       " kg m^2, the sum of the other two: no rigid body has more (triangle rule of inertias)");
+    const double most_kg_s = model.mass_kg / kLongestStep_s;
+    if (!(model.drag_kg_s[i] <= most_kg_s))
+      return wrong("drag_kg_s" + axis, model.drag_kg_s[i],
+                   "0 to " + text(most_kg_s) + " kg/s, the mass over the planner's longest step of " +
+                       text(kLongestStep_s) + " s: more would turn the speed around within a step");
+  }
+  return {};
+}
+
+/// Says of a layout that can't make every wrench which field is to blame.
+Status validate_mixer(const QuadrotorModel& model) {
+  const double arm_m = longest_arm_m(model);
+  Eigen::Matrix4d W;
+  for (int i = 0; i < kRotors; ++i) {
+    const auto rotor = static_cast<std::size_t>(i);
+    const Eigen::Vector2d place = model.rotor_position_B_m[rotor] / arm_m;
+    W.col(i) << 1.0, place.y(), -place.x(), model.rotor_spin[rotor];
+  }
+  if (authority(W) < kMinAuthority) {
+    for (int i = 0; i < kRotors; ++i)
+      for (int j = 0; j < i; ++j)
+        if ((W.col(i) - W.col(j)).norm() < kMinAuthority)
+          return wrong("rotor_position_B_m[" + std::to_string(i) + "]",
+                       text(model.rotor_position_B_m[static_cast<std::size_t>(i)]),
+                       "another place than rotor " + std::to_string(j) +
+                           " with the same spin has: together they can't make all of thrust and torques");
+    if (authority(W.topRows<3>()) < kMinAuthority)
+      return Error::invalid("vehicle.rotor_position_B_m", "nearly on one line",
+                            "rotors around the centre, so that they make roll and pitch");
+    const auto& spin = model.rotor_spin;
+    return wrong("rotor_spin", text(Eigen::Vector4d(spin[0], spin[1], spin[2], spin[3])),
+                 "spins that make yaw without thrust, roll or pitch: rotors across from each other alike, "
+                 "neighbours opposite");
+  }
+  if (model.torque_per_thrust_m < kLeastYaw * arm_m)
+    return wrong("torque_per_thrust_m", model.torque_per_thrust_m,
+                 "at least " + text(kLeastYaw * arm_m) + " m, a thousandth of the longest arm");
+  const Eigen::Vector4d hover_n = W.partialPivLu().solve(Eigen::Vector4d(model.mass_kg * kGravity_m_s2, 0, 0, 0));
+  for (int i = 0; i < kRotors; ++i)
+    if (!(hover_n[i] >= model.thrust_min_n && hover_n[i] <= model.thrust_max_n))
+      return Error::invalid("vehicle.rotor_position_B_m",
+                            "such that rotor " + std::to_string(i) + " hovers with " + text(hover_n[i]) + " N",
+                            text(model.thrust_min_n) + " to " + text(model.thrust_max_n) +
+                                " N of each rotor: the centre of mass lies amid the rotors");
+  return {};
+}
+
 }  // namespace
 
 Status validate(const QuadrotorModel& model) {
-  const auto wrong = [](const std::string& field, double value, const std::string& expected) {
-    return Error::invalid("vehicle." + field, text(value), expected);
-  };
   if (!(model.mass_kg > 0 && model.mass_kg <= 100))
     return wrong("mass_kg", model.mass_kg, "more than 0 and at most 100 kg");
   for (int i = 0; i < 3; ++i) {
@@ -89,7 +172,23 @@ Status validate(const QuadrotorModel& model) {
     if (!(model.body_rate_max_rad_s[i] >= 0 && model.body_rate_max_rad_s[i] <= 100))
       return wrong("body_rate_max_rad_s[" + std::to_string(i) + "]", model.body_rate_max_rad_s[i],
                    "0 (the planner's own limit) to 100 rad/s");
-  return {};
+  if (Status body = validate_body(model); !body) return body;
+  return validate_mixer(model);
+}
+
+std::optional<std::string> mend_inertia(QuadrotorModel* model) {
+  Eigen::Vector3d& J = model->inertia_kg_m2;
+  constexpr const char* kAxes[] = {"xx", "yy", "zz"};
+  for (int i = 0; i < 3; ++i) {
+    const double others = J.sum() - J[i];
+    if (!(J[i] > others && J[i] <= others * (1.0 + kRoundedInertia))) continue;
+    const double told = J[i];
+    J[i] = J[(i + 1) % 3] + J[(i + 2) % 3];
+    return std::string("inertia_kg_m2.") + kAxes[i] + " is " + text(told) + ", taken as " + text(J[i]) +
+           ", the sum of the other two: no rigid body has more, and " + fixed(100.0 * (told / others - 1.0), 2) +
+           " % more is taken for rounding";
+  }
+  return std::nullopt;
 }
 
 Eigen::Vector4d hover_thrust_n(const QuadrotorModel& model) {

@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <optional>
+#include <string>
 
 #include "common/base/result.h"
 
@@ -43,8 +45,34 @@ struct QuadrotorState {
 
 using ThrustRates = Eigen::Vector4d;  ///< control input u = dT_command/dt per rotor, N/s
 
-/// Says which field is wrong and why (mass, inertia, thrust against weight, time constants, rotor layout, ...).
+/// The longest step that a planner integrates over (Profile::step_s ends there).
+inline constexpr double kLongestStep_s = 0.2;
+
+/// Says which field is wrong and why. With m the mass and a the longest arm (distance of a rotor from the centre):
+///   - each number in its own range, and more thrust than 1.1 times the weight;
+///   - inertia: 0.01 m a^2 to 10 m a^2 about each axis, radii of gyration of a tenth of the arm to three arms (drones
+///     have about a half), and no moment above the sum of the two others (the triangle rule of every rigid body:
+///     Jx + Jy - Jz = 2 * integral of z^2 dm >= 0), to a millionth;
+///   - drag: at most m / kLongestStep_s along each axis. The planner's drag is explicit, v' = v (1 - drag dt / m):
+///   beyond
+///     that bound one step would turn the speed around, and beyond twice of it the steps would grow without end;
+///   - a mixer that makes all of thrust and torques: the wrench of the thrusts T is W T with the columns
+///     (1, y_i / a, -x_i / a, spin_i), and the smallest singular value of W is at least kMinAuthority of the largest.
+///     Rotors on one line, two that share place and spin, spins that are all equal, or that say nothing which the
+///     places don't say already (both on the left one way) are refused;
+///   - a torque per thrust of at least a / 1000, so that the heading can be held;
+///   - a hover within limits: W T = (m g, 0, 0, 0) has all T in [thrust_min, thrust_max].
+/// Thread-safe: yes.   Real-time safe: no.
 Status validate(const QuadrotorModel& model);
+inline constexpr double kMinAuthority = 0.05;
+
+/// Mends principal moments that break the triangle rule by rounding: data sheets round each to two or three digits, and
+/// of a flat body's Jz = Jx + Jy something is left over (a published Crazyflie: 2.89e-5 against twice 1.43e-5, 1.05 %).
+/// A moment that is at most kRoundedInertia above the sum of the others is set to that sum. Larger contradictions stay,
+/// for validate() to refuse.
+/// @return  a sentence that says what was changed; empty: nothing was
+std::optional<std::string> mend_inertia(QuadrotorModel* model);
+inline constexpr double kRoundedInertia = 0.02;
 
 /// Rotor thrusts that hold the vehicle still: m g / 4 each.
 Eigen::Vector4d hover_thrust_n(const QuadrotorModel& model);

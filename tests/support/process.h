@@ -1,12 +1,13 @@
 #pragma once
 
-#include <sys/types.h>
-
 #include <chrono>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "common/base/child_process.h"
 
 namespace gatefield::test {
 
@@ -16,26 +17,24 @@ class Process {
  public:
   /// @param program  path of the executable
   /// @param output   file that stdout and stderr go to
+  /// Throws std::runtime_error when it can't be started.
   Process(const std::string& program, const std::vector<std::string>& arguments, const std::filesystem::path& output);
-  ~Process();
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
 
-  pid_t pid() const noexcept { return pid_; }
-  void signal(int number);
+  pid_t pid() const noexcept { return child_->pid(); }
+  void signal(int number) { child_->signal(number); }
   /// Exit code (128 + signal when killed), or nothing when it still runs after `timeout`.
   std::optional<int> wait(std::chrono::milliseconds timeout);
-  bool running() { return !wait(std::chrono::milliseconds(0)).has_value(); }
+  bool running() { return child_->running(); }
 
   /// Everything it has written up to now.
-  std::string output() const;
+  std::string output() const { return child_->said(); }
   /// Waits until the output contains `text`. @return false on time-out or when the process ended without it
-  bool wait_for_output(const std::string& text, std::chrono::milliseconds timeout);
+  bool wait_for_output(const std::string& text, std::chrono::milliseconds timeout) {
+    return child_->wait_for_words(text, timeout);
+  }
 
  private:
-  pid_t pid_ = -1;
-  std::optional<int> code_;
-  std::filesystem::path output_;
+  std::unique_ptr<ChildProcess> child_;
 };
 
 }  // namespace gatefield::test

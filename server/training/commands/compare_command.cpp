@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "common/base/write_text_file.h"
+#include "common/base/whole_file.h"
 #include "common/plot/table.h"
 #include "server/training/commands/command.h"
 #include "server/training/commands/generate_command.h"
@@ -121,7 +121,7 @@ int compare(const Options& options) {
     std::printf("\n%s", plot::to_text(table).c_str());
     markdown += plot::to_markdown(table) + '\n';
   }
-  const Status written = write_text_file(options.work / "designs.md", markdown);
+  const Status written = write_file(options.work / "designs.md", markdown);
   return written ? 0 : fail(written.error());
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/write_text_file.h"
+#include "common/base/whole_file.h"
 #include "common/config/sensor_noise_file.h"
 #include "server/training/commands/command.h"
 #include "server/training/learn/curves.h"
@@ -30,7 +30,7 @@ int copy_log(const std::filesystem::path& from, const std::filesystem::path& to)
   for (std::size_t i = 0; i < lines.size(); ++i) {
     if ((lines.size() - 1 - i) % every == 0) kept += lines[i] + '\n';
   }
-  const Status written = write_text_file(to, kept);
+  const Status written = write_file(to, kept);
   return written ? 0 : fail(written.error());
 }
 

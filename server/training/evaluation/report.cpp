@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "common/base/write_text_file.h"
+#include "common/base/whole_file.h"
 #include "server/training/evaluation/charts.h"
 #include "server/training/evaluation/tables.h"
 
@@ -95,11 +95,11 @@ Result<std::vector<std::string>> write_report(const Evaluation& evaluation, cons
   std::error_code code;
   std::filesystem::create_directories(folder, code);
   if (code) return Error{"folder " + folder.string() + " can't be made: " + code.message()};
-  if (Status written = write_text_file(folder / "evaluation.txt", to_text(evaluation)); !written)
+  if (Status written = write_file(folder / "evaluation.txt", to_text(evaluation)); !written)
     return Error{written.error()};
-  if (Status written = write_text_file(folder / "evaluation.md", to_markdown(evaluation)); !written)
+  if (Status written = write_file(folder / "evaluation.md", to_markdown(evaluation)); !written)
     return Error{written.error()};
-  if (Status written = write_text_file(folder / "evaluation.csv", to_csv(evaluation)); !written)
+  if (Status written = write_file(folder / "evaluation.csv", to_csv(evaluation)); !written)
     return Error{written.error()};
   std::vector<std::string> sentences;
   int missing = 0;

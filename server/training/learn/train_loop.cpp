@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/progress_line.h"
-#include "common/base/write_text_file.h"
+#include "common/base/whole_file.h"
 #include "server/training/learn/export.h"
 
 namespace gatefield::training {
@@ -60,7 +60,7 @@ Result<double> cut_log(const std::filesystem::path& file, std::uint64_t step) {
       learning_time_s = time_s;
     }
   }
-  if (const Status written = write_text_file(file, kept); !written) return Error{"log " + written.error()};
+  if (const Status written = write_file(file, kept); !written) return Error{"log " + written.error()};
   return learning_time_s;
 }
 

@@ -24,7 +24,7 @@
 #include <sstream>
 #include <thread>
 
-#include "common/base/write_text_file.h"
+#include "common/base/whole_file.h"
 #include "common/config/locate.h"
 #include "tests/bench/dds/echo.h"
 #include "tests/bench/dds/vehicle.h"
@@ -188,7 +188,7 @@ class Bench {
     return true;
   }
 
-  Status write(const std::string& file) const { return write_text_file(file, results_.json()); }
+  Status write(const std::string& file) const { return write_file(file, results_.json()); }
 
  private:
   static std::string folder_name() { return "gatefield-dds-bench-" + std::to_string(getpid()); }
@@ -216,7 +216,7 @@ class Bench {
       if (line.rfind("name:", 0) == 0) line = "name: \"bench\"";
       text += line + "\n";
     }
-    if (text.find("samples: 1024") != std::string::npos && write_text_file(folder_ / "bench.txt", text)) return true;
+    if (text.find("samples: 1024") != std::string::npos && write_file(folder_ / "bench.txt", text)) return true;
     std::fprintf(stderr, "gatefield-dds-bench: no profile could be made of profiles/race.txt\n");
     return false;
   }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <vector>
 
@@ -75,6 +76,59 @@ TEST(Random, ChanceOfZeroAndOneAreCertain) {
     EXPECT_FALSE(random.chance(0.0));
     EXPECT_TRUE(random.chance(1.0));
   }
+}
+
+// Every stream of the product and those that tests would take for a neighbour of one.
+constexpr Stream kNames[] = {
+    Stream("gatefield.perturbation"),  Stream("gatefield.sensor_noise"),
+    Stream("gatefield.state_noise"),   Stream("gatefield.link"),
+    Stream("gatefield.rollouts"),      Stream("gatefield.rollouts "),
+    Stream("gatefield.perturbation1"), Stream(""),
+};
+
+TEST(Stream, TwoNamesNeverShareAKey) {
+  constexpr std::uint64_t kSeeds = 100'001;
+  std::vector<std::uint64_t> keys;
+  for (const Stream& name : kNames)
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) keys.push_back(stream_key(seed, name));
+  std::sort(keys.begin(), keys.end());
+  EXPECT_EQ(std::adjacent_find(keys.begin(), keys.end()), keys.end());
+}
+
+TEST(Stream, TwoNamesAreFartherApartThanAnyTwoSeeds) {
+  for (const Stream& a : kNames)
+    for (const Stream& b : kNames) EXPECT_TRUE(&a == &b || (a.hash() ^ b.hash()) > std::uint64_t{1} << 32);
+}
+
+TEST(Stream, FirstDrawsDiffer) {
+  for (const std::uint64_t seed : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{1001}, ~std::uint64_t{0}}) {
+    std::set<std::uint64_t> seen;
+    for (const Stream& name : kNames)
+      for (const std::uint64_t index : {0u, 1u, 2u}) {
+        Random random(seed, name, index);
+        const std::uint64_t high = random.bits();
+        seen.insert(high << 32 | random.bits());
+      }
+    EXPECT_EQ(seen.size(), 3 * std::size(kNames)) << seed;
+  }
+}
+
+TEST(Stream, StepsOfOneStreamAreNoDrawsOfAnother) {
+  // The counter of the planner's noise is (sample, interval, step), that of Random (draws, stream): with one key for
+  // both, step 1 would draw the bits of stream 1.
+  const std::uint64_t seed = 7;
+  const auto block = [](std::uint64_t key, std::uint32_t step) {
+    return philox({0, 0, step, 0}, {static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(key >> 32)});
+  };
+  EXPECT_EQ(Random(seed, 1).bits(), block(seed, 1)[0]);
+  Random perturbation(seed, Stream("gatefield.perturbation"), 1);
+  EXPECT_NE(perturbation.bits(), block(stream_key(seed, Stream("gatefield.rollouts")), 1)[0]);
+}
+
+TEST(Stream, ANameIsAKeyOnEveryMachine) {
+  EXPECT_EQ(Stream("").hash(), 0xcbf29ce484222325ull) << "FNV-1a of nothing";
+  EXPECT_EQ(Stream("a").hash(), 0xaf63dc4c8601ec8cull) << "FNV-1a's published value";
+  EXPECT_EQ(stream_key(0xcbf29ce484222325ull, Stream("")), 0u) << "the mix keeps 0";
 }
 
 }  // namespace

@@ -29,6 +29,10 @@ TEST(TextFile, UnknownFieldIsNamedWithItsPlaceAndTheKnownOnes) {
   ASSERT_FALSE(status.ok());
   EXPECT_THAT(status.error(), StartsWith(file.path().string() + ":2:"));
   EXPECT_THAT(status.error(), HasSubstr("unknown field 'height', expected one of: x, y, z"));
+  EXPECT_EQ(status.failure().code, ErrorCode::kInvalid);
+  EXPECT_EQ(status.failure().field, "height");
+  EXPECT_EQ(status.failure().file, file.path().string());
+  EXPECT_EQ(status.failure().line, 2);
 }
 
 TEST(TextFile, WrongTypeSaysWhatWasExpected) {
@@ -53,6 +57,9 @@ TEST(TextFile, MissingRequiredFieldIsNamed) {
   const auto status = parse_text("x: 1\nz: 2", "v.txt", &v);
   ASSERT_FALSE(status.ok());
   EXPECT_THAT(status.error(), HasSubstr("v.txt: required field 'y' is missing"));
+  EXPECT_EQ(status.failure().code, ErrorCode::kInvalid);
+  EXPECT_EQ(status.failure().field, "y");
+  EXPECT_EQ(status.failure().file, "v.txt");
 }
 
 TEST(TextFile, CutOffFileNamesItsLastLine) {
@@ -69,6 +76,13 @@ TEST(TextFile, BinaryGarbageIsRefused) {
   EXPECT_THAT(status.error(), StartsWith("program:1:"));
 }
 
+TEST(TextFile, AValidationsPlaceIsTheFile) {
+  const Error error = in_file("a/b.txt", Error::invalid("x", "1", "2"));
+  EXPECT_EQ(error.message, "a/b.txt: x is 1, expected 2");
+  EXPECT_EQ(error.file, "a/b.txt");
+  EXPECT_EQ(in_file("a/b.txt", Error{"twice"}.at("a/b.txt", 3)).message, "a/b.txt:3: twice");
+}
+
 TEST(TextFile, DeepNestingIsRefusedInsteadOfUsingUpTheStack) {
   CourseFile course;
   std::string text;
@@ -80,6 +94,8 @@ TEST(TextFile, MissingFileAndFolderAreTold) {
   Vector v;
   EXPECT_THAT(load_text("/nowhere/at-all.txt", &v).error(), HasSubstr("/nowhere/at-all.txt: does not exist"));
   EXPECT_THAT(load_text("/tmp", &v).error(), HasSubstr("/tmp: is a folder"));
+  EXPECT_EQ(load_text("/tmp", &v).failure().code, ErrorCode::kUnreadable);
+  EXPECT_EQ(load_text("/tmp", &v).failure().file, "/tmp");
 }
 
 TEST(Locate, FindsShippedNamesAndListsThemWhenTheNameIsWrong) {
@@ -90,6 +106,7 @@ TEST(Locate, FindsShippedNamesAndListsThemWhenTheNameIsWrong) {
   ASSERT_FALSE(missing.ok());
   EXPECT_THAT(missing.error(), HasSubstr("'no-such-course'"));
   EXPECT_THAT(missing.error(), HasSubstr("circle"));
+  EXPECT_EQ(missing.failure().code, ErrorCode::kUnknownName);
 }
 
 TEST(Locate, TakesAPathRelativeToTheFileThatNamesIt) {

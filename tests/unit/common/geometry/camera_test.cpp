@@ -100,6 +100,7 @@ TEST_P(CameraValidation, NamesTheField) {
   const Status status = validate(camera);
   ASSERT_FALSE(status.ok());
   EXPECT_THAT(status.error(), testing::HasSubstr(std::string("camera.") + GetParam().field));
+  EXPECT_EQ(status.failure().code, ErrorCode::kInvalid);
 }
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -110,6 +111,9 @@ INSTANTIATE_TEST_SUITE_P(EveryField, CameraValidation,
                                          Fault{"fy_px", [](CameraModel* c) { c->fy_px = kNan; }},
                                          Fault{"cx_px", [](CameraModel* c) { c->cx_px = kNan; }},
                                          Fault{"cy_px", [](CameraModel* c) { c->cy_px = 1e6; }},
+                                         Fault{"cx_px", [](CameraModel* c) { c->cx_px = 320; }},
+                                         Fault{"cx_px", [](CameraModel* c) { c->cx_px = -1; }},
+                                         Fault{"cy_px", [](CameraModel* c) { c->cy_px = 90.5; }},
                                          Fault{"min_depth_m", [](CameraModel* c) { c->min_depth_m = 0; }},
                                          Fault{"max_depth_m", [](CameraModel* c) { c->max_depth_m = 0.2; }},
                                          Fault{"rate_hz", [](CameraModel* c) { c->rate_hz = 0.5; }},

@@ -249,6 +249,63 @@ TEST(ValidateQuadrotor, TheDefaultIsValid) {
   EXPECT_TRUE(status.ok()) << status.error();
 }
 
+TEST(ValidateQuadrotor, TakesWhatRealFramesAreLike) {
+  QuadrotorModel plus;  // + layout
+  plus.rotor_position_B_m = {Eigen::Vector2d{0.11, 0}, {-0.11, 0}, {0, 0.11}, {0, -0.11}};
+  QuadrotorModel stretched;  // long and narrow
+  for (auto& p : stretched.rotor_position_B_m) p.y() *= 0.3;
+  QuadrotorModel coaxial_tail;  // two rotors in one place, turning opposite ways: it makes all four
+  coaxial_tail.rotor_position_B_m = {Eigen::Vector2d{0.1, -0.1}, {0.1, 0.1}, {-0.1, 0}, {-0.1, 0}};
+  coaxial_tail.rotor_spin = {1, -1, 1, -1};
+  QuadrotorModel flat;  // a plate: the limit of the triangle rule, a rounding beyond it
+  flat.inertia_kg_m2 = {3e-3, 3e-3, 6e-3 * (1 + 1e-7)};
+  for (const QuadrotorModel& model : {plus, stretched, coaxial_tail, flat}) {
+    const Status status = validate(model);
+    EXPECT_TRUE(status.ok()) << status.error();
+  }
+}
+
+TEST(ValidateQuadrotor, FailuresCarryFieldValueAndRange) {
+  QuadrotorModel model;
+  model.drag_kg_s.z() = 100;
+  const Status status = validate(model);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.failure().code, ErrorCode::kInvalid);
+  EXPECT_EQ(status.failure().field, "vehicle.drag_kg_s[2]");
+  EXPECT_EQ(status.failure().value, "100");
+  EXPECT_THAT(status.failure().expected, HasSubstr("0 to 4.15 kg/s"));
+}
+
+TEST(ValidateQuadrotor, TheDragThatIsAllowedNeverTurnsTheSpeedAround) {
+  QuadrotorModel model;
+  model.drag_kg_s.setConstant(model.mass_kg / kLongestStep_s);
+  ASSERT_TRUE(validate(model).ok());
+  QuadrotorState state = hovering(model);
+  state.v_WB = {10, 0, 0};
+  for (int i = 0; i < 20; ++i) {
+    state = step_planner(model, state, ThrustRates::Zero(), kLongestStep_s);
+    EXPECT_GE(state.v_WB.x(), -1e-12);
+    EXPECT_LE(state.v_WB.norm(), 10.0);
+  }
+}
+
+TEST(MendInertia, RoundsOnlyWhatRoundingCanHaveDone) {
+  QuadrotorModel model;
+  EXPECT_FALSE(mend_inertia(&model)) << "nothing to mend";
+  model.inertia_kg_m2 = {1.43e-5, 1.43e-5, 2.89e-5};
+  const auto note = mend_inertia(&model);
+  ASSERT_TRUE(note);
+  EXPECT_THAT(*note, HasSubstr("inertia_kg_m2.zz is 2.89e-05, taken as 2.86e-05"));
+  EXPECT_EQ(model.inertia_kg_m2.z(), 1.43e-5 + 1.43e-5);
+  EXPECT_FALSE(mend_inertia(&model)) << "once is enough";
+  model.inertia_kg_m2 = {3e-3, 3e-3, 6.2e-3};  // 3.3 %
+  EXPECT_FALSE(mend_inertia(&model));
+  EXPECT_EQ(model.inertia_kg_m2.z(), 6.2e-3);
+  model.inertia_kg_m2 = {6.05e-3, 3e-3, 3e-3};
+  EXPECT_TRUE(mend_inertia(&model));
+  EXPECT_EQ(model.inertia_kg_m2.x(), 6e-3);
+}
+
 struct BadField {
   std::string field;
   std::function<void(QuadrotorModel&)> spoil;
@@ -270,34 +327,61 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 
 INSTANTIATE_TEST_SUITE_P(
     , ValidateQuadrotorField,
-    testing::Values(BadField{"mass_kg", [](auto& m) { m.mass_kg = 0; }},
-                    BadField{"mass_kg", [](auto& m) { m.mass_kg = -1; }},
-                    BadField{"mass_kg", [](auto& m) { m.mass_kg = kNan; }},
-                    BadField{"mass_kg", [](auto& m) { m.mass_kg = 101; }},
-                    BadField{"inertia_kg_m2[0]", [](auto& m) { m.inertia_kg_m2.x() = 0; }},
-                    BadField{"inertia_kg_m2[1]", [](auto& m) { m.inertia_kg_m2.y() = kNan; }},
-                    BadField{"inertia_kg_m2[2]", [](auto& m) { m.inertia_kg_m2.z() = kInf; }},
-                    BadField{"drag_kg_s[0]", [](auto& m) { m.drag_kg_s.x() = -0.1; }},
-                    BadField{"drag_kg_s[1]", [](auto& m) { m.drag_kg_s.y() = kNan; }},
-                    BadField{"drag_kg_s[2]", [](auto& m) { m.drag_kg_s.z() = 1e6; }},
-                    BadField{"rotor_position_B_m[2]", [](auto& m) { m.rotor_position_B_m[2].setZero(); }},
-                    BadField{"rotor_position_B_m[3]", [](auto& m) { m.rotor_position_B_m[3].x() = kNan; }},
-                    BadField{"rotor_spin[1]", [](auto& m) { m.rotor_spin[1] = 0; }},
-                    BadField{"rotor_spin[3]", [](auto& m) { m.rotor_spin[3] = 2; }},
-                    BadField{"torque_per_thrust_m", [](auto& m) { m.torque_per_thrust_m = 0; }},
-                    BadField{"torque_per_thrust_m", [](auto& m) { m.torque_per_thrust_m = kNan; }},
-                    BadField{"thrust_min_n", [](auto& m) { m.thrust_min_n = -0.1; }},
-                    BadField{"thrust_min_n", [](auto& m) { m.thrust_min_n = kNan; }},
-                    BadField{"thrust_min_n", [](auto& m) { m.thrust_min_n = 2.5; }},
-                    BadField{"thrust_max_n", [](auto& m) { m.thrust_max_n = 0; }},
-                    BadField{"thrust_max_n", [](auto& m) { m.thrust_max_n = kInf; }},
-                    BadField{"thrust_max_n", [](auto& m) { m.thrust_max_n = 2.1; }},
-                    BadField{"thrust_rate_max_n_s", [](auto& m) { m.thrust_rate_max_n_s = 0; }},
-                    BadField{"thrust_rate_max_n_s", [](auto& m) { m.thrust_rate_max_n_s = kInf; }},
-                    BadField{"rotor_time_constant_s", [](auto& m) { m.rotor_time_constant_s = 0; }},
-                    BadField{"rotor_time_constant_s", [](auto& m) { m.rotor_time_constant_s = kNan; }},
-                    BadField{"collision_radius_m", [](auto& m) { m.collision_radius_m = 0; }},
-                    BadField{"collision_radius_m", [](auto& m) { m.collision_radius_m = kNan; }}));
+    testing::Values(
+        BadField{"mass_kg", [](auto& m) { m.mass_kg = 0; }}, BadField{"mass_kg", [](auto& m) { m.mass_kg = -1; }},
+        BadField{"mass_kg", [](auto& m) { m.mass_kg = kNan; }}, BadField{"mass_kg", [](auto& m) { m.mass_kg = 101; }},
+        BadField{"inertia_kg_m2[0]", [](auto& m) { m.inertia_kg_m2.x() = 0; }},
+        BadField{"inertia_kg_m2[1]", [](auto& m) { m.inertia_kg_m2.y() = kNan; }},
+        BadField{"inertia_kg_m2[2]", [](auto& m) { m.inertia_kg_m2.z() = kInf; }},
+        BadField{"inertia_kg_m2[0]", [](auto& m) { m.inertia_kg_m2.x() = 5e-324; }},
+        BadField{"inertia_kg_m2[1]", [](auto& m) { m.inertia_kg_m2.y() = 9e-5; }},
+        BadField{"inertia_kg_m2[2]",
+                 [](auto& m) {
+                   m.inertia_kg_m2 = {0.01, 0.01, 99};
+                 }},
+        BadField{"inertia_kg_m2[2]", [](auto& m) { m.inertia_kg_m2.z() = 6.3e-3; }},
+        BadField{"inertia_kg_m2[0]", [](auto& m) { m.inertia_kg_m2.x() = 8.2e-3; }},
+        BadField{"drag_kg_s[0]", [](auto& m) { m.drag_kg_s.x() = -0.1; }},
+        BadField{"drag_kg_s[2]", [](auto& m) { m.drag_kg_s.z() = 40; }},
+        BadField{"rotor_spin",
+                 [](auto& m) {
+                   m.rotor_spin = {1, 1, 1, 1};
+                 }},
+        BadField{"rotor_spin",
+                 [](auto& m) {
+                   m.rotor_spin = {1, -1, -1, 1};
+                 }},
+        BadField{"rotor_position_B_m[1]", [](auto& m) { m.rotor_position_B_m[1] = m.rotor_position_B_m[0]; }},
+        BadField{"rotor_position_B_m",
+                 [](auto& m) {
+                   for (auto& p : m.rotor_position_B_m) p.y() = 0;
+                   m.rotor_position_B_m[0].x() = 0.03;
+                 }},
+        BadField{"rotor_position_B_m",
+                 [](auto& m) {
+                   for (auto& p : m.rotor_position_B_m) p.x() += 0.2;
+                 }},
+        BadField{"torque_per_thrust_m", [](auto& m) { m.torque_per_thrust_m = 1e-5; }},
+        BadField{"drag_kg_s[1]", [](auto& m) { m.drag_kg_s.y() = kNan; }},
+        BadField{"drag_kg_s[2]", [](auto& m) { m.drag_kg_s.z() = 1e6; }},
+        BadField{"rotor_position_B_m[2]", [](auto& m) { m.rotor_position_B_m[2].setZero(); }},
+        BadField{"rotor_position_B_m[3]", [](auto& m) { m.rotor_position_B_m[3].x() = kNan; }},
+        BadField{"rotor_spin[1]", [](auto& m) { m.rotor_spin[1] = 0; }},
+        BadField{"rotor_spin[3]", [](auto& m) { m.rotor_spin[3] = 2; }},
+        BadField{"torque_per_thrust_m", [](auto& m) { m.torque_per_thrust_m = 0; }},
+        BadField{"torque_per_thrust_m", [](auto& m) { m.torque_per_thrust_m = kNan; }},
+        BadField{"thrust_min_n", [](auto& m) { m.thrust_min_n = -0.1; }},
+        BadField{"thrust_min_n", [](auto& m) { m.thrust_min_n = kNan; }},
+        BadField{"thrust_min_n", [](auto& m) { m.thrust_min_n = 2.5; }},
+        BadField{"thrust_max_n", [](auto& m) { m.thrust_max_n = 0; }},
+        BadField{"thrust_max_n", [](auto& m) { m.thrust_max_n = kInf; }},
+        BadField{"thrust_max_n", [](auto& m) { m.thrust_max_n = 2.1; }},
+        BadField{"thrust_rate_max_n_s", [](auto& m) { m.thrust_rate_max_n_s = 0; }},
+        BadField{"thrust_rate_max_n_s", [](auto& m) { m.thrust_rate_max_n_s = kInf; }},
+        BadField{"rotor_time_constant_s", [](auto& m) { m.rotor_time_constant_s = 0; }},
+        BadField{"rotor_time_constant_s", [](auto& m) { m.rotor_time_constant_s = kNan; }},
+        BadField{"collision_radius_m", [](auto& m) { m.collision_radius_m = 0; }},
+        BadField{"collision_radius_m", [](auto& m) { m.collision_radius_m = kNan; }}));
 
 }  // namespace
 }  // namespace gatefield
