@@ -18,8 +18,6 @@ const char* topic_name(Topic topic) noexcept;
 inline constexpr std::uint32_t kMaxDomain = 232;
 
 struct TransportOptions {
-  /// Peers on the same host talk through shared memory; without it over UDP on the loopback.
-  bool shared_memory = true;
   /// Depth frames kept for repair. 2 suits a LAN; take 8 when the round trip is longer than 10 ms.
   int depth_history = 2;
 };

@@ -1,7 +1,7 @@
 #include "common/dds/qos.h"
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
 #include <algorithm>
@@ -20,8 +20,8 @@ constexpr std::uint32_t kDatagram_bytes = 1400;
 // What we take: other vendors' DDS send larger ones (Cyclone DDS up to 14720 bytes).
 constexpr std::uint32_t kLongestDatagram_bytes = 65500;
 constexpr std::uint32_t kSocketBuffer_bytes = 4 << 20;
-constexpr std::uint32_t kSharedSegment_bytes = 8 << 20;  // a few of the largest depth images
-constexpr int kMaxVehicles = 256;                        // instances that a reader or writer keeps apart
+constexpr std::uint32_t kPortsPerDomain = 250;
+constexpr int kMaxVehicles = 256;  // instances that a reader or writer keeps apart
 
 // Fast DDS has one setting for both: `maxMessageSize` sizes the receive buffers (longer packets are cut off and lost),
 // while the size of what is sent is asked from this function.
@@ -29,6 +29,18 @@ class UdpInSmallPackets final : public eprosima::fastdds::rtps::UDPv4TransportDe
  public:
   std::uint32_t max_message_size() const override { return kDatagram_bytes; }
 };
+
+/// @param address  empty: every interface of this host
+eprosima::fastrtps::rtps::Locator_t udp_locator(std::uint32_t port, const std::string& address = {}) {
+  eprosima::fastrtps::rtps::Locator_t locator;
+  locator.kind = LOCATOR_KIND_UDPv4;
+  locator.port = port;
+  if (address.empty())
+    locator.set_Invalid_Address();
+  else
+    eprosima::fastrtps::rtps::IPLocator::setIPv4(locator, address);
+  return locator;
+}
 
 Duration_t milliseconds(int ms) { return {ms / 1000, static_cast<std::uint32_t>(ms % 1000) * 1'000'000u}; }
 
@@ -75,8 +87,7 @@ void fill_common(Topic topic, int depth, Qos* qos) {
 
 }  // namespace
 
-DomainParticipantQos participant_qos(const std::string& name, const std::string& user_data,
-                                     const TransportOptions& transport) {
+DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name, const std::string& user_data) {
   DomainParticipantQos qos;
   qos.name(name.c_str());
   qos.user_data().setValue(std::vector<std::uint8_t>(user_data.begin(), user_data.end()));
@@ -85,14 +96,17 @@ DomainParticipantQos participant_qos(const std::string& name, const std::string&
   discovery.leaseDuration = milliseconds(3000);
   discovery.leaseDuration_announcementperiod = milliseconds(500);
 
+  // The ports of the RTPS specification for the first participant of a host; those that are taken are passed over.
+  auto& builtin = qos.wire_protocol().builtin;
+  const std::uint32_t base = first_port(domain);
+  builtin.metatrafficMulticastLocatorList.push_back(udp_locator(base, "239.255.0.1"));
+  builtin.metatrafficUnicastLocatorList.push_back(udp_locator(base + 10));
+  qos.wire_protocol().default_unicast_locator_list.push_back(udp_locator(base + 11));
+  builtin.mutation_tries = (kPortsPerDomain - 12) / 2;
+
   qos.transport().use_builtin_transports = false;
   qos.transport().send_socket_buffer_size = kSocketBuffer_bytes;
   qos.transport().listen_socket_buffer_size = kSocketBuffer_bytes;
-  if (transport.shared_memory) {
-    auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
-    shared->segment_size(kSharedSegment_bytes);
-    qos.transport().user_transports.push_back(shared);
-  }
   auto udp = std::make_shared<UdpInSmallPackets>();
   udp->maxMessageSize = kLongestDatagram_bytes;
   udp->sendBufferSize = kSocketBuffer_bytes;
@@ -128,6 +142,8 @@ DataReaderQos reader_qos(Topic topic, const TransportOptions& transport) {
   if (reliable(topic)) qos.reliable_reader_qos().times.heartbeatResponseDelay = milliseconds(0);
   return qos;
 }
+
+std::uint32_t first_port(std::uint32_t domain) { return 7400 + kPortsPerDomain * domain; }
 
 std::string command_partition(const std::string& vehicle) { return "gatefield/" + vehicle; }
 

@@ -11,13 +11,23 @@
 /// what it is. Inside common/dds only.
 namespace gatefield::dds {
 
-/// UDP in packets that fit an Ethernet frame, large socket buffers, shared memory on the same host, quick discovery and
-/// a short lease.
-eprosima::fastdds::dds::DomainParticipantQos participant_qos(const std::string& name, const std::string& user_data,
-                                                             const TransportOptions& transport);
+/// UDP in packets that fit an Ethernet frame, large socket buffers, quick discovery and a short lease.
+///
+/// No shared memory, on one host neither. In Fast DDS 2.9.1 a datagram whose sender has gone before it was read stays
+/// at the head of the receiver's queue for ever (SharedMemManager::Listener::pop() throws before it takes the cell
+/// off), so that one client that leaves at the wrong moment makes the server, or another client, deaf; and every port
+/// that a sender ever wrote to stays mapped. Over the loopback, states and commands are as fast (docs/performance.md).
+///
+/// Ports count from the domain's first one, whatever was opened before. Left alone, Fast DDS gives each participant of
+/// a process the next two, and the 121st would listen where the next domain calls its members together.
+eprosima::fastdds::dds::DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name,
+                                                             const std::string& user_data);
 
 eprosima::fastdds::dds::DataWriterQos writer_qos(Topic topic, const TransportOptions& transport);
 eprosima::fastdds::dds::DataReaderQos reader_qos(Topic topic, const TransportOptions& transport);
+
+/// The port at which a domain's participants call each other; theirs follow, up to the next domain's.
+std::uint32_t first_port(std::uint32_t domain);
 
 /// The partition that a vehicle's commands travel in.
 std::string command_partition(const std::string& vehicle);

@@ -65,7 +65,7 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
  private:
   Reader(Participant* participant, Callbacks callbacks) : participant_(participant), callbacks_(std::move(callbacks)) {}
 
-  /// UDP and shared memory have threads of their own and may be here at the same time, each with locks of the
+  /// Each port that is listened to has a thread of its own. Two may be here at the same time, each with locks of the
   /// middleware in hand, so none may wait for the other: the first one takes the samples, those that come meanwhile
   /// only say that there are more.
   void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {

@@ -60,7 +60,6 @@ struct Arguments {
   std::string log_level = "info";
   bool realtime = false;
   std::vector<int> cores;
-  bool no_shared_memory = false;
   TraceOptions trace;
 };
 
@@ -168,9 +167,7 @@ int run(const Arguments& arguments) {
   DdsTransport transport;
   service::Service service(options, factories, &clock, &transport);
   transport.attach(&service);
-  dds::TransportOptions wire;
-  wire.shared_memory = !arguments.no_shared_memory;
-  auto endpoint = dds::ServerEndpoint::create(arguments.domain, arguments.name, &transport, wire);
+  auto endpoint = dds::ServerEndpoint::create(arguments.domain, arguments.name, &transport);
   if (!endpoint) return fail(kNotJoined, endpoint.error());
   transport.attach(endpoint.value().get());
   if (const Status status = service.start(); !status) return fail(kBadInput, status.error());
@@ -237,8 +234,6 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::Range(0, 1023))
       ->type_name("LIST");
-  app.add_flag("--no-shared-memory", arguments.no_shared_memory,
-               "Talk over UDP with clients on the same host too (containers that don't share /dev/shm)");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -2,7 +2,7 @@
 """A slow link that is real: two network namespaces, and between them this program, which holds each packet for a while
 or loses it. What netem would do, for kernels without it. Needs root, ip, and /dev/net/tun. Linux only.
 
-  slow_link.py --delay-ms 25 --loss 0.01 --server "build/release/bin/gatefield-server --domain 7 --no-shared-memory" \\
+  slow_link.py --delay-ms 25 --loss 0.01 --server "build/release/bin/gatefield-server --domain 7" \\
                --client "build/release/bin/gatefield-sim --domain 7 --realtime --scenario circle-0.3m --speed 7"
 
 Starts the server in one namespace and, 3 s later, the client in the other; exits with the client's code. --delay-ms,

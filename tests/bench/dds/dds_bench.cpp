@@ -1,7 +1,7 @@
 // How fast the wire is on this machine, and how many vehicles a server flies over it: the product's endpoints and QoS.
 //   gatefield-dds-bench [seconds per measurement, 5 unless told] [file for results as JSON]
 //
-// The wire alone, over shared memory and over UDP on the loopback: state to command and back at 500 Hz from a process
+// The wire alone, over UDP on the loopback: state to command and back at 500 Hz from a process
 // that answers at once, while 60 depth frames of 160 x 90 a second go by; and how long those are under way.
 //
 // gatefield-server in lockstep, a gate in sight, the race profile (M = 2048): from a state's leaving to the command's
@@ -94,10 +94,9 @@ class Bench {
     fs::remove_all(folder_, failed);
   }
 
-  bool wire_alone(bool shared_memory) {
-    const Wire wire{own_domain(), shared_memory};
-    test::Process other(beside("").string(), {"echo", std::to_string(wire.domain), shared_memory ? "1" : "0"},
-                        folder_ / "echo.out");
+  bool wire_alone() {
+    const Wire wire{own_domain()};
+    test::Process other(beside("").string(), {"echo", std::to_string(wire.domain)}, folder_ / "echo.out");
     Vehicle vehicle("bench");
     if (!vehicle.ask(wire, protocol::Timing::kLockstep, "race") || !vehicle.joined(kPatience)) return false;
     const auto states = static_cast<std::uint64_t>(500 * length_s_);
@@ -109,19 +108,17 @@ class Bench {
       std::this_thread::sleep_for(next - now());
     }
     std::this_thread::sleep_for(100ms);
-    results_.add("state to command, 500 Hz, " + wire.name() + " (wire alone)", round_trips(vehicle.answers(251)));
+    results_.add("state to command, 500 Hz, UDP (wire alone)", round_trips(vehicle.answers(251)));
     if (other.wait(kPatience) != 0) return false;
     std::istringstream lines(other.output());
-    results_.add("depth 160 x 90, one way, " + wire.name() + " (wire alone)",
+    results_.add("depth 160 x 90, one way, UDP (wire alone)",
                  {std::istream_iterator<double>(lines), std::istream_iterator<double>()});
     return true;
   }
 
-  bool one_vehicle(bool shared_memory) {
-    const Wire wire{own_domain(), shared_memory};
-    std::vector<std::string> arguments;
-    if (!shared_memory) arguments.push_back("--no-shared-memory");
-    test::Process server(server_program(), server_arguments(wire, arguments), folder_ / "server.out");
+  bool one_vehicle() {
+    const Wire wire{own_domain()};
+    test::Process server(server_program(), server_arguments(wire, {}), folder_ / "server.out");
     Vehicle vehicle("bench");
     if (!vehicle.ask(wire, protocol::Timing::kLockstep, "race") || !vehicle.joined(kPatience)) return false;
     Stamp next = now(), simulated = 1s;
@@ -139,14 +136,14 @@ class Bench {
       steps_s.push_back(answer.step_s);
       beyond_s.push_back(answer.round_trip_s - answer.step_s);
     }
-    results_.add("state to command, real server, M = 2048, " + wire.name(), round_trips(answers),
+    results_.add("state to command, real server, M = 2048, UDP", round_trips(answers),
                  fields_us("step_", steps_s) + fields_us("beyond_", beyond_s));
     std::printf("%s\n%s\n", line_us("  its step", steps_s).c_str(), line_us("  beyond its step", beyond_s).c_str());
     return true;
   }
 
   bool many_vehicles(int count, bool realtime) {
-    const Wire wire{own_domain(), true};
+    const Wire wire{own_domain()};
     if (!write_profile()) return false;
     std::vector<std::string> arguments{"--threads",           "2",          "--max-vehicles",
                                        std::to_string(count), "--profiles", folder_.string()};
@@ -260,10 +257,9 @@ class Bench {
 
 int run(double length_s, const char* file) {
   Bench bench(length_s);
-  bool good = true;
-  for (const bool shared_memory : {true, false}) good = bench.wire_alone(shared_memory) && good;
+  bool good = bench.wire_alone();
   if (fs::exists(beside("gatefield-server"))) {
-    for (const bool shared_memory : {true, false}) good = bench.one_vehicle(shared_memory) && good;
+    good = bench.one_vehicle() && good;
     for (const auto& [count, realtime] : {std::pair(8, false), std::pair(16, false), std::pair(32, false),
                                           std::pair(48, false), std::pair(32, true), std::pair(48, true)})
       good = bench.many_vehicles(count, realtime) && good;
@@ -282,8 +278,8 @@ int run(double length_s, const char* file) {
 
 int main(int argc, char** argv) {
   using namespace gatefield::bench;
-  if (argc == 4 && std::string(argv[1]) == "echo")  // the other process of wire_alone()
-    return echo({static_cast<std::uint32_t>(std::atoi(argv[2])), std::atoi(argv[3]) == 1});
+  if (argc == 3 && std::string(argv[1]) == "echo")  // the other process of wire_alone()
+    return echo({static_cast<std::uint32_t>(std::atoi(argv[2]))});
   const double length_s = argc > 1 ? std::atof(argv[1]) : 5.0;
   if (!(length_s >= 1 && length_s <= 600) || argc > 3) {
     std::fprintf(stderr, "usage: gatefield-dds-bench [SECONDS, 1 to 600] [FILE]\n");

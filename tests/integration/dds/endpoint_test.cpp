@@ -117,16 +117,11 @@ bool send_until(Send&& send, Seen&& seen, std::chrono::milliseconds limit = 5000
   return false;
 }
 
-class EndpointTest : public ::testing::TestWithParam<bool> {
- protected:
-  TransportOptions transport() const { return {.shared_memory = GetParam(), .depth_history = 2}; }
-};
-
-TEST_P(EndpointTest, CarriesEveryMessageBothWays) {
+TEST(Endpoint, CarriesEveryMessageBothWays) {
   RecordingServer server_log;
   RecordingClient client_log;
-  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log, transport()));
-  auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log, transport()));
+  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log));
+  auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log));
 
   ASSERT_TRUE(client->publish(test::good_request()).ok());
   ASSERT_TRUE(server_log.wait([&] { return !server_log.requests.empty(); }));
@@ -160,11 +155,11 @@ TEST_P(EndpointTest, CarriesEveryMessageBothWays) {
   EXPECT_EQ(client_log.telemetry[0].last_reason, test::good_telemetry().last_reason);
 }
 
-TEST_P(EndpointTest, CarriesTheLongestPlanAndALargeImage) {
+TEST(Endpoint, CarriesTheLongestPlanAndALargeImage) {
   RecordingServer server_log;
   RecordingClient client_log;
-  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log, transport()));
-  auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log, transport()));
+  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log));
+  auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log));
   ASSERT_TRUE(client->publish(test::good_request()).ok());
   ASSERT_TRUE(server->publish(test::good_reply()).ok());
   ASSERT_TRUE(client_log.wait([&] { return !client_log.replies.empty(); }));
@@ -181,12 +176,12 @@ TEST_P(EndpointTest, CarriesTheLongestPlanAndALargeImage) {
   EXPECT_EQ(server_log.frames[0].pixels, frame.pixels);
 }
 
-TEST_P(EndpointTest, CommandsReachTheirOwnVehicleOnlyAndEndWithTheSession) {
+TEST(Endpoint, CommandsReachTheirOwnVehicleOnlyAndEndWithTheSession) {
   RecordingServer server_log;
   RecordingClient own_log, other_log;
-  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log, transport()));
-  auto own = must(ClientEndpoint::create(own_domain(), "own", &own_log, transport()));
-  auto other = must(ClientEndpoint::create(own_domain(), "other", &other_log, transport()));
+  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log));
+  auto own = must(ClientEndpoint::create(own_domain(), "own", &own_log));
+  auto other = must(ClientEndpoint::create(own_domain(), "other", &other_log));
 
   EXPECT_FALSE(server->publish(test::good_command("own"))) << "commands before the session was accepted";
   ASSERT_TRUE(server->publish(test::good_reply("own")).ok());
@@ -204,11 +199,11 @@ TEST_P(EndpointTest, CommandsReachTheirOwnVehicleOnlyAndEndWithTheSession) {
   EXPECT_TRUE(server->publish(test::good_command("other")));
 }
 
-TEST_P(EndpointTest, SamplesFlowAgainAfterASilence) {
+TEST(Endpoint, SamplesFlowAgainAfterASilence) {
   RecordingServer server_log;
   RecordingClient client_log;
-  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log, transport()));
-  auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log, transport()));
+  auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log));
+  auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log));
   ASSERT_TRUE(server->publish(test::good_reply()).ok());
   for (std::uint64_t round = 1; round <= 3; ++round) {
     EXPECT_TRUE(send_until(
@@ -228,9 +223,6 @@ TEST_P(EndpointTest, SamplesFlowAgainAfterASilence) {
     std::this_thread::sleep_for(400ms);  // past deadline and liveliness of both
   }
 }
-
-INSTANTIATE_TEST_SUITE_P(Transports, EndpointTest, ::testing::Bool(),
-                         [](const auto& shared) { return shared.param ? "SharedMemory" : "Udp"; });
 
 TEST(ServerName, ASecondServerOfTheNameIsRefused) {
   RecordingServer log;
@@ -324,7 +316,7 @@ TEST(Leaving, AnotherClientOfTheSameNameEndsOnlyItsOwnRequest) {
 // Runs in a process of its own (main below), because it has to die without a word.
 int child_that_joins(std::uint32_t domain) {
   RecordingClient log;
-  auto client = must(ClientEndpoint::create(domain, "victim", &log, {.shared_memory = false}));
+  auto client = must(ClientEndpoint::create(domain, "victim", &log));
   if (!client->publish(test::good_request("victim", 99)).ok()) return 1;
   std::this_thread::sleep_for(30s);
   return 0;
