@@ -40,6 +40,12 @@ TEST(Crew, SeveralCallersAtOnceAndMoreThanThereArePlaces) {
   EXPECT_EQ(sums, std::vector<int>(4, 200 * 120));
 }
 
+TEST(Crew, WithoutOneTheBlocksAreDoneInTheirOrder) {
+  std::vector<int> done;
+  share(nullptr, 4, [&](int i) { done.push_back(i); });
+  EXPECT_EQ(done, (std::vector<int>{0, 1, 2, 3}));
+}
+
 TEST(Crew, NobodyIsNeededAndNothingIsLeftToHelpWith) {
   Crew crew(1);
   int sum = 0;
