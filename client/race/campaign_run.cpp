@@ -8,7 +8,7 @@
 #include <set>
 
 #include "client/race/files.h"
-#include "client/race/report.h"
+#include "client/race/flights.h"
 #include "client/race/trial_log.h"
 #include "client/simulator/belief_picture.h"
 #include "client/simulator/flight_picture.h"

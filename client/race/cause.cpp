@@ -2,20 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "client/simulator/simulation.h"
+#include "common/base/statistics.h"
 
 namespace gatefield::race {
 namespace {
 
 using simulator::Outcome;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The gate that the race was lost at: the one that was touched, else the one that was next.
 int gate_of(const simulator::Report& report) {
@@ -93,8 +88,8 @@ Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Ste
     centers_m.push_back((step.center_W - X_WG.translation()).norm());
     axes_rad.push_back(std::acos(std::clamp(std::abs(step.axis_W.dot(X_WG.linear().col(0))), 0.0, 1.0)));
   }
-  found.center_error_m = median(centers_m);
-  found.axis_error_rad = median(axes_rad);
+  found.center_error_m = quantile(centers_m, 0.5);
+  found.axis_error_rad = quantile(axes_rad, 0.5);
   found.seen_before_s = end_s - first_seen_s;
 
   // Until the gate before is passed it is right to head for that one: only where the last step headed counts.

@@ -1,5 +1,7 @@
 #include "server/training/commands/compare_command.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -39,10 +41,8 @@ std::string spread(const std::vector<double>& values, int digits) {
   double sum = 0.0;
   for (const double value : values) sum += value;
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f (%.*f to %.*f)", digits, sum / static_cast<double>(values.size()), digits,
-                *least, digits, *most);
-  return text;
+  return fmt::format("{0:.{3}f} ({1:.{3}f} to {2:.{3}f})", sum / static_cast<double>(values.size()), *least, *most,
+                     digits);
 }
 
 plot::Table table_of(const Evaluation& evaluation, const Options& options, Mode mode) {

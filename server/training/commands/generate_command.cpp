@@ -1,5 +1,7 @@
 #include "server/training/commands/generate_command.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -26,10 +28,8 @@ int generate_file(const std::filesystem::path& file, std::uint64_t seed, std::ui
   options.round_part = round_part;
   ProgressLine line("generate");
   const Status made = generate_dataset(file, options, [&](const Progress& progress) {
-    char rate[48];
-    std::snprintf(rate, sizeof rate, "%.0f samples/s", progress.rate_hz);
     line.show(static_cast<double>(progress.done_n) / static_cast<double>(std::max<std::uint64_t>(1, progress.total_n)),
-              progress.time_left_s, rate);
+              progress.time_left_s, fmt::format("{:.0f} samples/s", progress.rate_hz));
     return !stop_requested;
   });
   if (stop_requested) return stopped("generate");

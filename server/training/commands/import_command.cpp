@@ -8,6 +8,7 @@
 #include "common/base/progress_line.h"
 #include "server/training/commands/command.h"
 #include "server/training/data/contact_sheet.h"
+#include "server/training/data/example_recording.h"
 #include "server/training/data/import.h"
 #include "server/training/data/statistics.h"
 #include "server/training/learn/train_loop.h"

@@ -1,8 +1,9 @@
 #include "server/training/commands/stereo_command.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
 #include <memory>
 #include <thread>
 
@@ -24,10 +25,8 @@ int stereo_file(const std::filesystem::path& file, std::uint64_t seed, std::uint
   options.threads = threads;
   ProgressLine line("stereo");
   const Status made = generate_flights(file, options, [&](const Progress& progress) {
-    char rate[48];
-    std::snprintf(rate, sizeof rate, "%.1f pairs/s", progress.rate_hz);
     line.show(static_cast<double>(progress.done_n) / static_cast<double>(std::max<std::uint64_t>(1, progress.total_n)),
-              progress.time_left_s, rate);
+              progress.time_left_s, fmt::format("{:.1f} pairs/s", progress.rate_hz));
     return !stop_requested;
   });
   if (stop_requested) return stopped("stereo");

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "common/base/multiversion.h"
-#include "server/training/data/dataset_layout.h"
 #include "server/training/data/fill.h"
 #include "server/training/data/sampling.h"
 #include "server/training/data/scenes.h"
@@ -103,6 +102,16 @@ Sample generate(std::uint64_t seed, std::uint64_t index, double round_part) {
 
 void sort_gates(Sample* sample) { sort(sample); }
 void sort_gates(SampleView* sample) { sort(sample); }
+
+void set_gates(std::vector<GateLabel> gates, Sample* sample) {
+  std::ranges::stable_sort(gates, [](const GateLabel& a, const GateLabel& b) {
+    if (a.valid() != b.valid()) return a.valid();
+    return a.p_CG.squaredNorm() < b.p_CG.squaredNorm();
+  });
+  sample->gate_count = static_cast<int>(std::min<std::size_t>(gates.size(), kMaxGates));
+  std::copy_n(gates.begin(), sample->gate_count, sample->gates.begin());
+  sort_gates(sample);
+}
 
 void frame_mask(const SampleView& sample, const GateLabel& gate, std::span<std::uint8_t> mask) {
   constexpr float kGrow_m = 0.03f;

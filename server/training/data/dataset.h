@@ -91,6 +91,8 @@ struct Sample {
 /// @pre 0 <= sample->gate_count <= kMaxGates
 void sort_gates(Sample* sample);
 void sort_gates(SampleView* sample);
+/// Gives the sample its gates in order: of more than it has room for, the valid ones first, then the nearest.
+void set_gates(std::vector<GateLabel> gates, Sample* sample);
 
 /// The camera of every sample: default_camera().
 const CameraModel& dataset_camera();

@@ -5,11 +5,25 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <mutex>
+#include <string>
 #include <utility>
+
+#include "server/training/data/hdf5_attributes.h"
+#include "server/training/data/hdf5_library.h"
 
 namespace gatefield::training {
 namespace {
+
+using hdf5::Handle;
+using hdf5::Library;
+using hdf5::read_number;
+using hdf5::read_text;
+using hdf5::read_whole;
+using hdf5::reason;
+using hdf5::write_f64;
+using hdf5::write_i32;
+using hdf5::write_text;
+using hdf5::write_u64;
 
 constexpr const char* kFormat = "gatefield-dataset";
 constexpr std::int64_t kVersion = 2;  ///< raise when the schema changes
@@ -20,64 +34,6 @@ constexpr hsize_t kAlignFrom_bytes = 64 << 10;
 constexpr hsize_t kPage_bytes = 4096;
 constexpr const char* kGateColumns =
     "p_CG_x p_CG_y p_CG_z q_CG_w q_CG_x q_CG_y q_CG_z visible_fraction inner_half_m outer_half_m thickness_m opening";
-
-/// libhdf5 need not be built thread-safe.
-std::recursive_mutex& library() {
-  static std::recursive_mutex mutex;
-  return mutex;
-}
-
-/// Closes what an H5*open or H5*create gave.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*closer)(hid_t)) : id_(id), close_(closer) {}
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  Handle& operator=(Handle&&) = delete;
-
-  bool ok() const { return id_ >= 0; }
-  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): used like the number that it holds
-  /// False when closing failed, which is when HDF5 writes.
-  bool close() { return close_(std::exchange(id_, -1)) >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-/// The innermost of the library's errors since the last call of ours began.
-std::string& last_error() {
-  thread_local std::string text;
-  return text;
-}
-std::string reason() { return last_error().empty() ? "unknown" : last_error(); }
-
-/// Called by the library when a call fails; kept at once, since the next successful call forgets it.
-herr_t keep_error(hid_t stack, void* /*unused*/) {
-  return H5Ewalk2(
-      stack, H5E_WALK_UPWARD,
-      [](unsigned n, const H5E_error2_t* error, void* /*unused*/) -> herr_t {
-        if (n == 0 && error->desc != nullptr) last_error() = error->desc;
-        return 0;
-      },
-      nullptr);
-}
-
-/// Holds the library for one call of ours and keeps it from printing.
-class Library {
- public:
-  Library() : lock_(library()) {
-    last_error().clear();
-    H5Eset_auto2(H5E_DEFAULT, keep_error, nullptr);
-  }
-
- private:
-  std::scoped_lock<std::recursive_mutex> lock_;
-};
 
 hid_t stored_type(Element element) {
   switch (element) {
@@ -115,22 +71,6 @@ hid_t native_type(Element element) {
   return -1;
 }
 
-std::size_t element_bytes(Element element) {
-  switch (element) {
-    case Element::kU8:
-      return 1;
-    case Element::kU16:
-      return 2;
-    case Element::kI32:
-    case Element::kU32:
-    case Element::kF32:
-      return 4;
-    case Element::kF64:
-      return 8;
-  }
-  return 0;
-}
-
 const char* words(Element element) {
   return element == Element::kF32 || element == Element::kF64 ? "floating-point numbers" : "whole numbers";
 }
@@ -157,95 +97,6 @@ Handle open_file(const std::filesystem::path& file, unsigned flags) {
   return {H5Fopen(file.c_str(), flags, access), H5Fclose};
 }
 
-// --- Attributes ---------------------------------------------------------------------------------------------------
-
-bool write_number(hid_t object, const char* name, hid_t stored, hid_t native, const void* value) {
-  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(H5Acreate2(object, name, stored, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  return attribute.ok() && H5Awrite(attribute, native, value) >= 0;
-}
-bool write_u64(hid_t object, const char* name, std::uint64_t value) {
-  return write_number(object, name, H5T_STD_U64LE, H5T_NATIVE_UINT64, &value);
-}
-bool write_i32(hid_t object, const char* name, std::int32_t value) {
-  return write_number(object, name, H5T_STD_I32LE, H5T_NATIVE_INT32, &value);
-}
-bool write_f64(hid_t object, const char* name, double value) {
-  return write_number(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
-}
-/// Of variable length, which h5py gives back as str.
-bool write_text(hid_t object, const char* name, const std::string& value) {
-  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, H5T_VARIABLE);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  const char* text = value.c_str();
-  return attribute.ok() && H5Awrite(attribute, type, &text) >= 0;
-}
-
-struct Attribute {
-  Handle attribute;
-  Handle type;
-  H5T_class_t kind;
-};
-
-Result<Attribute> find_attribute(const std::filesystem::path& file, hid_t object, const std::string& label,
-                                 const char* name, const char* expected) {
-  if (H5Aexists(object, name) <= 0)
-    return file_error(file, "attribute " + label + name + " is missing, expected " + expected);
-  Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
-  const Handle space(attribute.ok() ? H5Aget_space(attribute) : -1, H5Sclose);
-  if (!space.ok() || H5Sget_simple_extent_npoints(space) != 1)
-    return file_error(file, "attribute " + label + name + " is no single value, expected " + expected);
-  Handle type(H5Aget_type(attribute), H5Tclose);
-  const H5T_class_t kind = H5Tget_class(type);
-  return Attribute{std::move(attribute), std::move(type), kind};
-}
-
-Result<std::uint64_t> read_whole(const std::filesystem::path& file, hid_t object, const char* name) {
-  const auto found = find_attribute(file, object, "", name, "a whole number");
-  if (!found) return Error{found.error()};
-  std::uint64_t value = 0;
-  if (found->kind != H5T_INTEGER || H5Aread(found->attribute, H5T_NATIVE_UINT64, &value) < 0)
-    return file_error(file, std::string("attribute ") + name + " can't be read as a whole number");
-  return value;
-}
-
-Result<double> read_number(const std::filesystem::path& file, hid_t object, const std::string& label,
-                           const char* name) {
-  const auto found = find_attribute(file, object, label, name, "a number");
-  if (!found) return Error{found.error()};
-  double value = 0.0;
-  if ((found->kind != H5T_INTEGER && found->kind != H5T_FLOAT) ||
-      H5Aread(found->attribute, H5T_NATIVE_DOUBLE, &value) < 0)
-    return file_error(file, "attribute " + label + name + " can't be read as a number");
-  return value;
-}
-
-Result<std::string> read_text(const std::filesystem::path& file, hid_t object, const char* name) {
-  constexpr std::size_t kLongest = 1 << 20;
-  const auto found = find_attribute(file, object, "", name, "a text");
-  if (!found) return Error{found.error()};
-  const Error unreadable = file_error(file, std::string("attribute ") + name + " can't be read as a text");
-  if (found->kind != H5T_STRING) return unreadable;
-  if (H5Tis_variable_str(found->type) > 0) {
-    char* text = nullptr;
-    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-    H5Tset_size(type, H5T_VARIABLE);
-    H5Tset_cset(type, H5Tget_cset(found->type));
-    if (H5Aread(found->attribute, type, &text) < 0) return unreadable;
-    std::string value = text != nullptr ? text : "";
-    H5free_memory(text);
-    return value;
-  }
-  const std::size_t size = H5Tget_size(found->type);
-  if (size > kLongest) return unreadable;
-  std::string value(size, '\0');
-  if (H5Aread(found->attribute, found->type, value.data()) < 0) return unreadable;
-  return std::string(value.c_str());
-}
-
 // --- Camera -------------------------------------------------------------------------------------------------------
 
 struct CameraValue {
@@ -269,7 +120,7 @@ Status check_camera(const std::filesystem::path& file, hid_t root) {
   if (!camera.ok()) return file_error(file, "group /camera is missing");
   for (const CameraValue& expected : camera_values()) {
     const auto value = read_number(file, camera, "/camera.", expected.name);
-    if (!value) return Error{value.error()};
+    if (!value) return value.failure();
     if (!(std::abs(*value - expected.value) <= 1e-3 * std::max(1.0, std::abs(expected.value)))) {
       return file_error(file, std::string("/camera.") + expected.name + " is " + std::to_string(*value) +
                                   ", expected " + std::to_string(expected.value) +
@@ -418,47 +269,67 @@ ColumnPlace find_place(hid_t dataset, const ColumnShape& shape, const std::vecto
   return place;
 }
 
+/// Format, version, what names the set, and the camera.
+Result<DatasetInfo> read_info(const std::filesystem::path& path, hid_t file) {
+  DatasetInfo info;
+  const auto format = read_text(path, file, "format");
+  if (!format) return format.failure();
+  if (*format != kFormat) return file_error(path, "attribute format is '" + *format + "', expected '" + kFormat + "'");
+  const auto version = read_whole(path, file, "version");
+  if (!version) return version.failure();
+  if (*version != kVersion) {
+    return file_error(path, "has version " + std::to_string(*version) + ", expected " + std::to_string(kVersion) +
+                                "; delete it to have it made again");
+  }
+  const auto kind = read_text(path, file, "kind");
+  if (!kind) return kind.failure();
+  constexpr std::array kKinds{DatasetKind::kSimulation, DatasetKind::kStereo, DatasetKind::kRecording};
+  const auto* const known = std::ranges::find_if(kKinds, [&](DatasetKind each) { return *kind == name(each); });
+  if (known == kKinds.end())
+    return file_error(path, "attribute kind is '" + *kind + "', expected 'simulation', 'stereo' or 'recording'");
+  info.kind = *known;
+  const auto seed = read_whole(path, file, "seed");
+  if (!seed) return seed.failure();
+  const auto first_index = read_whole(path, file, "first_index");
+  if (!first_index) return first_index.failure();
+  info.seed = *seed;
+  info.first_index = *first_index;
+  if (H5Aexists(file, "note") > 0) {
+    auto note = read_text(path, file, "note");
+    if (!note) return note.failure();
+    info.note = std::move(note).value();
+  }
+  if (H5Aexists(file, "round_part") > 0) {
+    const auto part = read_number(path, file, "", "round_part");
+    if (!part) return part.failure();
+    if (!(*part >= 0.0 && *part <= 1.0))
+      return file_error(path, "attribute round_part is " + std::to_string(*part) + ", expected 0 to 1");
+    info.round_part = *part;
+  }
+  if (const Status camera = check_camera(path, file); !camera) return camera.failure();
+  return info;
+}
+
+/// How many samples are whole, and where that is written; all frames when the file doesn't say.
+Status read_written(const std::filesystem::path& path, hid_t file, bool user_block, DatasetLayout* layout) {
+  layout->written = layout->frames;
+  if (H5Lexists(file, "written", H5P_DEFAULT) <= 0) return {};
+  const Handle dataset(H5Dopen2(file, "written", H5P_DEFAULT), H5Dclose);
+  const Handle space(dataset.ok() ? H5Dget_space(dataset) : -1, H5Sclose);
+  if (!space.ok() || H5Sget_simple_extent_npoints(space) != 1 ||
+      H5Dread(dataset, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &layout->written) < 0)
+    return file_error(path, "/written can't be read as one whole number");
+  if (layout->written > layout->frames) {
+    return file_error(path, "/written is " + std::to_string(layout->written) + ", expected at most the " +
+                                std::to_string(layout->frames) + " frames of the data sets");
+  }
+  const Handle type(H5Dget_type(dataset), H5Tclose);
+  const haddr_t address = H5Dget_offset(dataset);
+  if (H5Tequal(type, H5T_NATIVE_UINT64) > 0 && !user_block && address != HADDR_UNDEF) layout->written_address = address;
+  return {};
+}
+
 }  // namespace
-
-std::size_t ColumnShape::frame_bytes() const {
-  std::size_t bytes = element_bytes(element);
-  for (const std::uint64_t size : frame) bytes *= size;
-  return bytes;
-}
-
-std::array<ColumnShape, kColumns> column_shapes(int points) {
-  constexpr std::uint64_t kHeight = kImageHeight_px;
-  constexpr std::uint64_t kWidth = kImageWidth_px;
-  const auto count = static_cast<std::uint64_t>(std::max(points, 1));
-  return {{{"clean_mm", Element::kU16, {kHeight, kWidth}},
-           {"surface", Element::kU8, {kHeight, kWidth}},
-           {"depth_mm", Element::kU16, {kHeight, kWidth}},
-           {"gates", Element::kF32, {kMaxGates, kGateValues}},
-           {"gate_count", Element::kI32, {}},
-           {"valid_count", Element::kI32, {}},
-           {"X_WC", Element::kF32, {7}},
-           {"sequence", Element::kU32, {}},
-           {"time_s", Element::kF64, {}},
-           {"points_C", Element::kF32, {count, 3}},
-           {"sdf_m", Element::kF32, {count}}}};
-}
-
-std::array<bool, kColumns> columns_of(DatasetKind kind, const DatasetColumns& columns) {
-  std::array<bool, kColumns> present{};
-  present[kCleanMm] = kind != DatasetKind::kRecording;
-  present[kSurface] = kind == DatasetKind::kSimulation;
-  present[kMeasuredMm] = kind != DatasetKind::kSimulation;
-  present[kGates] = present[kGateCount] = present[kValidCount] = true;
-  present[kPose] = columns.X_WC;
-  present[kSequence] = columns.sequence;
-  present[kTime] = columns.time;
-  present[kPoints] = present[kSdf] = columns.points > 0;
-  return present;
-}
-
-Error file_error(const std::filesystem::path& file, const std::string& what) {
-  return Error{"data set " + file.string() + ": " + what};
-}
 
 Status create_file(const std::filesystem::path& path, const DatasetInfo& info, const DatasetColumns& columns) {
   const Library library;
@@ -471,7 +342,7 @@ Status create_file(const std::filesystem::path& path, const DatasetInfo& info, c
             write_text(file, "kind", name(info.kind)) && write_u64(file, "seed", info.seed) &&
             write_u64(file, "first_index", info.first_index) && write_text(file, "note", info.note) &&
             create_camera(file) && create_written(file);
-  // Left out of sets of square gates, which so have the bytes that they always had.
+  // Sets of square gates go without it, and so have the bytes that they always had.
   if (info.round_part > 0.0) ok = ok && write_f64(file, "round_part", info.round_part);
   const auto shapes = column_shapes(columns.points);
   const auto present = columns_of(info.kind, columns);
@@ -489,42 +360,9 @@ Result<DatasetLayout> read_layout(const std::filesystem::path& path) {
   if (!file.ok()) return file_error(path, "can't be read as HDF5: " + reason());
 
   DatasetLayout layout;
-  const auto format = read_text(path, file, "format");
-  if (!format) return Error{format.error()};
-  if (*format != kFormat) return file_error(path, "attribute format is '" + *format + "', expected '" + kFormat + "'");
-  const auto version = read_whole(path, file, "version");
-  if (!version) return Error{version.error()};
-  if (*version != kVersion) {
-    return file_error(path, "has version " + std::to_string(*version) + ", expected " + std::to_string(kVersion) +
-                                "; delete it to have it made again");
-  }
-  const auto kind = read_text(path, file, "kind");
-  if (!kind) return Error{kind.error()};
-  constexpr std::array kKinds{DatasetKind::kSimulation, DatasetKind::kStereo, DatasetKind::kRecording};
-  const auto* const known = std::ranges::find_if(kKinds, [&](DatasetKind each) { return *kind == name(each); });
-  if (known == kKinds.end())
-    return file_error(path, "attribute kind is '" + *kind + "', expected 'simulation', 'stereo' or 'recording'");
-  layout.info.kind = *known;
-  const auto seed = read_whole(path, file, "seed");
-  if (!seed) return Error{seed.error()};
-  const auto first_index = read_whole(path, file, "first_index");
-  if (!first_index) return Error{first_index.error()};
-  layout.info.seed = *seed;
-  layout.info.first_index = *first_index;
-  if (H5Aexists(file, "note") > 0) {
-    auto note = read_text(path, file, "note");
-    if (!note) return Error{note.error()};
-    layout.info.note = std::move(note).value();
-  }
-  if (H5Aexists(file, "round_part") > 0) {
-    const auto part = read_number(path, file, "", "round_part");
-    if (!part) return Error{part.error()};
-    if (!(*part >= 0.0 && *part <= 1.0))
-      return file_error(path, "attribute round_part is " + std::to_string(*part) + ", expected 0 to 1");
-    layout.info.round_part = *part;
-  }
-  if (const Status camera = check_camera(path, file); !camera) return Error{camera.error()};
-
+  auto info = read_info(path, file);
+  if (!info) return info.failure();
+  layout.info = std::move(info).value();
   const Handle creation(H5Fget_create_plist(file), H5Pclose);
   hsize_t user_block = 0;
   H5Pget_userblock(creation, &user_block);
@@ -532,7 +370,7 @@ Result<DatasetLayout> read_layout(const std::filesystem::path& path) {
   const auto exists = [&](const char* column) { return H5Lexists(file, column, H5P_DEFAULT) > 0; };
   if (exists("points_C")) {
     const auto points = open_column(path, file, column_shapes(1)[kPoints], true);
-    if (!points) return Error{points.error()};
+    if (!points) return points.failure();
     if (points->sizes[1] < 1 || points->sizes[1] > 1'000'000) {
       return file_error(
           path, "/points_C has " + std::to_string(points->sizes[1]) + " points an image, expected 1 to 1000000");
@@ -548,13 +386,13 @@ Result<DatasetLayout> read_layout(const std::filesystem::path& path) {
   for (std::size_t i = 0; i < kColumns; ++i) {
     if (!exists(shapes[i].name)) {
       if (required[i] && i != kValidCount) {
-        return file_error(path, std::string("/") + shapes[i].name + " is missing, expected in a set of kind '" + *kind +
-                                    "' with these data sets");
+        return file_error(path, std::string("/") + shapes[i].name + " is missing, expected in a set of kind '" +
+                                    name(layout.info.kind) + "' with these data sets");
       }
       continue;
     }
     const auto column = open_column(path, file, shapes[i]);
-    if (!column) return Error{column.error()};
+    if (!column) return column.failure();
     if (first) layout.frames = column->sizes[0];
     if (column->sizes[0] != layout.frames) {
       return file_error(path, std::string("/") + shapes[i].name + " has " + std::to_string(column->sizes[0]) +
@@ -564,22 +402,7 @@ Result<DatasetLayout> read_layout(const std::filesystem::path& path) {
     layout.places[i] = find_place(column->dataset, shapes[i], column->sizes, user_block > 0);
   }
 
-  layout.written = layout.frames;
-  if (exists("written")) {
-    const Handle dataset(H5Dopen2(file, "written", H5P_DEFAULT), H5Dclose);
-    const Handle space(dataset.ok() ? H5Dget_space(dataset) : -1, H5Sclose);
-    if (!space.ok() || H5Sget_simple_extent_npoints(space) != 1 ||
-        H5Dread(dataset, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &layout.written) < 0)
-      return file_error(path, "/written can't be read as one whole number");
-    if (layout.written > layout.frames) {
-      return file_error(path, "/written is " + std::to_string(layout.written) + ", expected at most the " +
-                                  std::to_string(layout.frames) + " frames of the data sets");
-    }
-    const Handle type(H5Dget_type(dataset), H5Tclose);
-    const haddr_t address = H5Dget_offset(dataset);
-    if (H5Tequal(type, H5T_NATIVE_UINT64) > 0 && user_block == 0 && address != HADDR_UNDEF)
-      layout.written_address = address;
-  }
+  if (const Status written = read_written(path, file, user_block > 0, &layout); !written) return written.failure();
   return layout;
 }
 

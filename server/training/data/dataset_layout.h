@@ -8,42 +8,12 @@
 #include <vector>
 
 #include "common/base/result.h"
-#include "server/training/data/dataset.h"
+#include "server/training/data/dataset_schema.h"
 
-/// Where things lie in a data set's HDF5 file. The only code that calls libhdf5; samples themselves are read through
-/// a memory map and written with pwrite() at the places that are named here. Not for use outside of this folder.
+/// Where things lie in a data set's HDF5 file. With hdf5_library.h and hdf5_attributes.h the only code that calls
+/// libhdf5; samples themselves are read through a memory map and written with pwrite() at the places that are named
+/// here. Not for use outside of this folder.
 namespace gatefield::training {
-
-/// The data sets of a file, first dimension: frame.
-enum Column : std::size_t {
-  kCleanMm,
-  kSurface,
-  kMeasuredMm,
-  kGates,
-  kGateCount,
-  kValidCount,
-  kPose,
-  kSequence,
-  kTime,
-  kPoints,
-  kSdf,
-  kColumns
-};
-enum class Element { kU8, kU16, kI32, kU32, kF32, kF64 };
-
-struct ColumnShape {
-  const char* name;
-  Element element;
-  std::vector<std::uint64_t> frame;  ///< dimensions of one frame's part
-  std::size_t frame_bytes() const;
-};
-/// Values of a gate: p_CG xyz, q_CG wxyz, visible fraction, inner, outer half-width, thickness, opening (1 = round).
-inline constexpr std::size_t kGateValues = 12;
-
-/// @param points query points an image; for the two last columns
-std::array<ColumnShape, kColumns> column_shapes(int points);
-/// Which columns a set of this kind must have.
-std::array<bool, kColumns> columns_of(DatasetKind kind, const DatasetColumns& columns);
 
 /// Where a column's frames lie.
 struct ColumnPlace {
@@ -61,9 +31,6 @@ struct DatasetLayout {
   std::uint64_t written_address = 0;  ///< of that number in the file; 0: the file has none (not made by us)
   std::array<ColumnPlace, kColumns> places;
 };
-
-/// "data set <file>: <what>"
-Error file_error(const std::filesystem::path& file, const std::string& what);
 
 /// Makes an empty file; an existing one is replaced.
 Status create_file(const std::filesystem::path& file, const DatasetInfo& info, const DatasetColumns& columns);

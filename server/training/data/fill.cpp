@@ -10,7 +10,7 @@ namespace gatefield::training {
 Status fill_dataset(const std::filesystem::path& file, const FillPlan& plan,
                     const std::function<bool(const Progress&)>& progress) {
   auto opened = DatasetWriter::open(file, plan.info, plan.columns);
-  if (!opened) return Error{opened.error()};
+  if (!opened) return opened.failure();
   DatasetWriter& writer = opened.value();
   if (writer.info().note != plan.info.note) {
     return Error{"data set " + file.string() + " has the note '" + writer.info().note + "', expected '" +

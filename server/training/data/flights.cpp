@@ -1,14 +1,15 @@
 #include "server/training/data/flights.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <string>
+#include <utility>
 
 #include "server/training/data/fill.h"
+#include "server/training/data/flight_path.h"
+#include "server/training/data/flight_room.h"
 #include "server/training/data/scene_parts.h"
 
 namespace gatefield::training {
@@ -16,309 +17,15 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kGravity_m_s2 = 9.81;
-constexpr double kMaxTurn_m_s2 = 16.0;    ///< across the path
-constexpr double kMaxSpeedUp_m_s2 = 6.0;  ///< along the path
-constexpr double kMaxCurvature_per_m = 1.7;
 constexpr double kDrag_per_s = 0.3;  ///< deceleration per speed that the thrust has to make up for
 constexpr double kLag_s = 0.07;      ///< sigma of the low-pass over attitudes
-constexpr double kStep_m = 0.05;     ///< between points of a path
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Streams of random numbers of one set: Random(seed, stream + number).
-constexpr std::uint64_t kRoomStream = std::uint64_t{1} << 48;
+/// Streams of random numbers of one set: Random(seed, stream + number); flight_room.cpp has the first.
 constexpr std::uint64_t kPlacementStream = std::uint64_t{2} << 48;
 constexpr std::uint64_t kFrameStream = std::uint64_t{3} << 48;
-
-/// Where a gate of the course nominally stands. W: floor at z = 0, the course around the origin.
-struct Station {
-  Vector3d p_W = Vector3d::Zero();
-  double yaw = 0.0;  ///< of the passing direction
-};
-
-struct Room {
-  std::vector<Station> course;
-  std::vector<scene::Box> walls;
-  std::vector<std::vector<scene::Box>> clutter;  ///< things; a thing goes as a whole when it is in the way
-  float floor_reflectance = 0.6f;
-  scene::StereoOptions sensor;
-  std::uint64_t texture_seed = 0;
-};
-
-/// A closed path in steps of about kStep_m.
-struct Path {
-  std::vector<Vector3d> p_W;
-  std::vector<Vector3d> along;      ///< unit tangent
-  std::vector<Vector3d> curvature;  ///< second derivative by arc length
-  double step_m = kStep_m;
-
-  std::size_t size() const noexcept { return p_W.size(); }
-};
-
-/// Closed Hermite curve through the points, then rounded by a Gaussian of 0.5 m along the path, so that acceleration
-/// has no jumps.
-Path round_path(const std::vector<Vector3d>& points, const std::vector<Vector3d>& directions) {
-  const std::size_t n = points.size();
-  std::vector<Vector3d> raw;
-  for (std::size_t k = 0; k < n; ++k) {
-    const Vector3d& a = points[k];
-    const Vector3d& b = points[(k + 1) % n];
-    const double distance_m = (b - a).norm();
-    const Vector3d ta = distance_m * directions[k];
-    const Vector3d tb = distance_m * directions[(k + 1) % n];
-    const int steps = std::max(8, static_cast<int>(distance_m / (0.2 * kStep_m)));
-    for (int i = 0; i < steps; ++i) {
-      const double t = static_cast<double>(i) / steps;
-      const double s = 1.0 - t;
-      raw.push_back(s * s * (1.0 + 2.0 * t) * a + t * t * (3.0 - 2.0 * t) * b + s * s * t * ta - t * t * s * tb);
-    }
-  }
-  const auto resample = [](const std::vector<Vector3d>& from, double* step_m) {
-    std::vector<double> at_m(from.size() + 1, 0.0);
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      at_m[i + 1] = at_m[i] + (from[(i + 1) % from.size()] - from[i]).norm();
-    }
-    const auto count = static_cast<std::size_t>(std::max(16.0, std::round(at_m.back() / kStep_m)));
-    *step_m = at_m.back() / static_cast<double>(count);
-    std::vector<Vector3d> even(count);
-    std::size_t i = 0;
-    for (std::size_t k = 0; k < count; ++k) {
-      const double want_m = static_cast<double>(k) * *step_m;
-      while (i + 1 < from.size() && at_m[i + 1] <= want_m) ++i;
-      const double part = (want_m - at_m[i]) / std::max(at_m[i + 1] - at_m[i], 1e-9);
-      even[k] = from[i] + part * (from[(i + 1) % from.size()] - from[i]);
-    }
-    return even;
-  };
-  Path path;
-  const std::vector<Vector3d> even = resample(raw, &path.step_m);
-  const double sigma = 0.5 / path.step_m;
-  const int reach = static_cast<int>(3.0 * sigma);
-  const auto count = static_cast<int>(even.size());
-  std::vector<Vector3d> rounded(even.size(), Vector3d::Zero());
-  double sum = 0.0;
-  for (int j = -reach; j <= reach; ++j) sum += std::exp(-0.5 * j * j / (sigma * sigma));
-  for (int i = 0; i < count; ++i) {
-    for (int j = -reach; j <= reach; ++j) {
-      rounded[static_cast<std::size_t>(i)] += std::exp(-0.5 * j * j / (sigma * sigma)) / sum *
-                                              even[static_cast<std::size_t>(((i + j) % count + count) % count)];
-    }
-  }
-  path.p_W = resample(rounded, &path.step_m);
-  const std::size_t size = path.p_W.size();
-  path.along.resize(size);
-  path.curvature.resize(size);
-  // Differences over four steps: the resampled points have corners of their own.
-  constexpr std::size_t kWide = 4;
-  const double wide_m = kWide * path.step_m;
-  for (std::size_t i = 0; i < size; ++i) {
-    const Vector3d& before = path.p_W[(i + size - kWide) % size];
-    const Vector3d& after = path.p_W[(i + kWide) % size];
-    path.along[i] = (after - before).normalized();
-    path.curvature[i] = (after - 2.0 * path.p_W[i] + before) / (wide_m * wide_m);
-  }
-  return path;
-}
-
-Path path_through(const std::vector<scene::Gate>& gates, const std::vector<Station>& course, double beside_m,
-                  double obey, Random* random) {
-  std::vector<Vector3d> points;
-  std::vector<Vector3d> directions;
-  for (std::size_t k = 0; k < gates.size(); ++k) {
-    const double angle = random->uniform(-std::numbers::pi, std::numbers::pi);
-    const double away_m = beside_m * std::sqrt(random->uniform());
-    points.push_back(gates[k].X_WG * Vector3d(0, away_m * std::cos(angle), away_m * std::sin(angle)));
-    const Vector3d course_W(std::cos(course[k].yaw), std::sin(course[k].yaw), 0);
-    directions.push_back((obey * gates[k].X_WG.linear().col(0) + (1.0 - obey) * course_W).normalized());
-  }
-  return round_path(points, directions);
-}
-
-/// Smallest distance between the path and the boxes, looked at every 0.1 m.
-bool clear(const Path& path, const std::vector<scene::Box>& boxes, double margin_m) {
-  for (const scene::Box& box : boxes) {
-    const double reach_m = box.half_m.norm() + margin_m;
-    for (std::size_t i = 0; i < path.size(); i += 2) {
-      if ((path.p_W[i] - box.X_WO.translation()).squaredNorm() > reach_m * reach_m) continue;
-      if (distance_m(box, path.p_W[i]) < margin_m) return false;
-    }
-  }
-  return true;
-}
-
-bool flyable(const Path& path, const std::vector<scene::Gate>& gates, const std::vector<scene::Box>& others,
-             double margin_m) {
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    if (path.curvature[i].norm() > kMaxCurvature_per_m || path.p_W[i].z() < 0.35) return false;
-  }
-  for (const scene::Gate& gate : gates) {
-    if (!clear(path, scene::frame_boxes(gate), margin_m)) return false;
-  }
-  return clear(path, others, margin_m);
-}
-
-std::vector<Station> draw_course(Random* random) {
-  const std::uint32_t count = 3 + random->below(4);
-  const double which = random->uniform();
-  const double sense = random->chance(0.5) ? 1.0 : -1.0;
-  const double height_m = random->uniform(0.9, 1.8);
-  std::vector<Station> course(count);
-  if (which < 0.4) {  // a circle
-    const double radius_m = random->uniform(std::max(3.2, 0.55 * count), 6.0);
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const double angle = sense * (2.0 * std::numbers::pi * k / count + random->uniform(-0.15, 0.15));
-      course[k].p_W = {radius_m * std::cos(angle), radius_m * std::sin(angle), height_m};
-      course[k].yaw = angle + sense * 0.5 * std::numbers::pi;
-    }
-  } else if (which < 0.7) {  // an eight, its crossing left free
-    const double half_length_m = random->uniform(5.0, 8.0);
-    const double half_width_m = random->uniform(2.8, 4.5);
-    for (std::uint32_t k = 0; k < count; ++k) {
-      // Both loops in turn, 0.6 to 2.5 rad after the crossing.
-      const std::uint32_t on_first = (count + 1) / 2;
-      const bool first = k < on_first;
-      const double place = first ? (k + 0.5) / on_first : (k - on_first + 0.5) / (count - on_first);
-      const double t = (first ? 0.0 : std::numbers::pi) + 0.55 + place * (std::numbers::pi - 1.1);
-      course[k].p_W = {half_length_m * std::sin(t), sense * half_width_m * std::sin(2.0 * t), height_m};
-      course[k].yaw = std::atan2(sense * 2.0 * half_width_m * std::cos(2.0 * t), half_length_m * std::cos(t));
-    }
-  } else {  // anywhere around the middle
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const double angle = sense * 2.0 * std::numbers::pi * (k + random->uniform(-0.3, 0.3)) / count;
-      const double radius_m = random->uniform(2.8, 7.0);
-      course[k].p_W = {radius_m * std::cos(angle), radius_m * std::sin(angle), height_m};
-    }
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const Vector3d from_to_W = course[(k + 1) % count].p_W - course[(k + count - 1) % count].p_W;
-      course[k].yaw = std::atan2(from_to_W.y(), from_to_W.x());
-    }
-  }
-  for (Station& station : course) station.p_W.z() += random->uniform(-0.15, 0.5);
-  return course;
-}
-
-/// Gates on the course: displaced, turned and tilted by `amount` times the most.
-std::vector<scene::Gate> place_gates(const std::vector<Station>& course, double amount, Random* random) {
-  std::vector<scene::Gate> gates;
-  for (const Station& station : course) {
-    const double direction = random->uniform(-std::numbers::pi, std::numbers::pi);
-    const double away_m = amount * random->uniform(0.0, 0.7);
-    Vector3d p_W = station.p_W + Vector3d(away_m * std::cos(direction), away_m * std::sin(direction),
-                                          amount * random->uniform(-0.35, 0.35));
-    scene::Gate gate = make_gate(p_W, station.yaw + amount * random->uniform(-40.0, 40.0) * kDegree, random);
-    gate.X_WG.translation().z() = std::max(p_W.z(), gate.shape.outer_half_m + 0.02);
-    gates.push_back(gate);
-  }
-  return gates;
-}
-
-Room draw_room(std::uint64_t seed, std::uint64_t number) {
-  Random random(seed, kRoomStream + number);
-  Room room;
-  room.texture_seed = (std::uint64_t{random.bits()} << 32) | random.bits();
-  room.floor_reflectance = static_cast<float>(random.uniform(0.2, 0.9));
-  room.sensor.ambient = random.uniform(0.25, 1.2);
-  room.sensor.lamp = random.uniform(0.0, 0.4);
-
-  // Until it can be flown with all gates where they belong.
-  for (bool good = false; !good;) {
-    room.course = draw_course(&random);
-    const std::vector<scene::Gate> gates = place_gates(room.course, 0.0, &random);
-    good = flyable(path_through(gates, room.course, 0.0, 1.0, &random), gates, {}, 0.35);
-  }
-
-  Vector3d low = Vector3d::Constant(1e9);
-  Vector3d high = Vector3d::Constant(-1e9);
-  for (const Station& station : room.course) {
-    low = low.cwiseMin(station.p_W);
-    high = high.cwiseMax(station.p_W);
-  }
-  const double height_m = random.uniform(3.2, 7.0);
-  const auto margin_m = [&] { return random.uniform(1.8, 5.0); };
-  const double x0 = low.x() - margin_m();
-  const double x1 = high.x() + margin_m();
-  const double y0 = low.y() - margin_m();
-  const double y1 = high.y() + margin_m();
-  const auto any_reflectance = [&] { return static_cast<float>(random.uniform(0.1, 0.95)); };
-  const std::array<Vector3d, 4> middles = {
-      Vector3d(x0 - 0.1, 0.5 * (y0 + y1), 0.5 * height_m), Vector3d(x1 + 0.1, 0.5 * (y0 + y1), 0.5 * height_m),
-      Vector3d(0.5 * (x0 + x1), y0 - 0.1, 0.5 * height_m), Vector3d(0.5 * (x0 + x1), y1 + 0.1, 0.5 * height_m)};
-  for (std::size_t side = 0; side < 4; ++side) {
-    const bool across_x = side < 2;
-    const double half_m = 0.5 * (across_x ? y1 - y0 : x1 - x0) + 0.2;
-    const Vector3d inward(side == 0 ? 1 : side == 1 ? -1 : 0, side == 2 ? 1 : side == 3 ? -1 : 0, 0);
-    room.walls.push_back(
-        {.X_WO = pose(middles[side], 0, 0, 0),
-         .half_m = across_x ? Vector3d(0.1, half_m, 0.5 * height_m) : Vector3d(half_m, 0.1, 0.5 * height_m),
-         .reflectance = any_reflectance()});
-    for (std::uint32_t i = random.below(4); i > 0; --i) {  // doors, boards, windows, pictures
-      const double half_width_m = random.uniform(0.2, 1.4);
-      const double half_height_m = random.uniform(0.2, 1.1);
-      const double along_m = random.uniform(-0.85, 0.85) * half_m;
-      Vector3d p_W = middles[side] + 0.11 * inward;
-      p_W += across_x ? Vector3d(0, along_m, 0) : Vector3d(along_m, 0, 0);
-      p_W.z() = random.chance(0.3) ? half_height_m : random.uniform(0.8, 2.4);
-      room.walls.push_back({.X_WO = pose(p_W, 0, 0, 0),
-                            .half_m = across_x ? Vector3d(0.02, half_width_m, half_height_m)
-                                               : Vector3d(half_width_m, 0.02, half_height_m),
-                            .reflectance = any_reflectance()});
-    }
-  }
-  if (random.chance(0.4)) {
-    room.walls.push_back({.X_WO = pose({0.5 * (x0 + x1), 0.5 * (y0 + y1), height_m + 0.1}, 0, 0, 0),
-                          .half_m = {0.5 * (x1 - x0) + 0.2, 0.5 * (y1 - y0) + 0.2, 0.1},
-                          .reflectance = any_reflectance()});
-  }
-
-  const auto place = [&](double z_m) { return Vector3d(random.uniform(x0, x1), random.uniform(y0, y1), z_m); };
-  const auto turn = [&] { return random.uniform(-std::numbers::pi, std::numbers::pi); };
-  for (std::uint32_t i = 2 + random.below(8); i > 0; --i) {  // boxes, tables, shelves
-    const Vector3d half_m(random.uniform(0.08, 0.7), random.uniform(0.08, 0.7), random.uniform(0.08, 1.0));
-    room.clutter.push_back({upright_box(place(half_m.z()), turn(), half_m, &random)});
-  }
-  for (std::uint32_t i = random.below(6); i > 0; --i) {  // poles, half of them up to the ceiling
-    const double half_width_m = random.uniform(0.015, 0.12);
-    const double half_length_m = random.chance(0.5) ? 0.5 * height_m : random.uniform(0.4, 1.2);
-    room.clutter.push_back(
-        {upright_box(place(half_length_m), turn(), {half_width_m, half_width_m, half_length_m}, &random)});
-  }
-  for (std::uint32_t i = random.below(4); i > 0; --i) {
-    const Vector3d feet_W = place(0.0);
-    room.clutter.push_back(person_boxes(feet_W, turn(), &random));
-  }
-  return room;
-}
-
-/// Speed along the path: `wanted_m_s`, less in curves, with room to slow down before and to speed up after them.
-std::vector<double> plan_speed(const Path& path, double wanted_m_s) {
-  const std::size_t n = path.size();
-  std::vector<double> speed_m_s(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    speed_m_s[i] = std::min(wanted_m_s, std::sqrt(kMaxTurn_m_s2 / std::max(path.curvature[i].norm(), 1e-3)));
-  }
-  const double gain = 2.0 * kMaxSpeedUp_m_s2 * path.step_m;
-  for (std::size_t round = 0; round < 2 * n; ++round) {  // twice around: the path is closed
-    const std::size_t i = round % n;
-    double& after = speed_m_s[(i + 1) % n];
-    after = std::min(after, std::sqrt(speed_m_s[i] * speed_m_s[i] + gain));
-  }
-  for (std::size_t round = 2 * n; round > 0; --round) {
-    const std::size_t i = (round - 1) % n;
-    const double after = speed_m_s[(i + 1) % n];
-    speed_m_s[i] = std::min(speed_m_s[i], std::sqrt(after * after + gain));
-  }
-  return speed_m_s;
-}
-
-/// Value between two entries of a closed list.
-template <typename T>
-T between(const std::vector<T>& list, double at) {
-  const double whole = std::floor(at);
-  const std::size_t i = static_cast<std::size_t>(whole) % list.size();
-  const double part = at - whole;
-  return (1.0 - part) * list[i] + part * list[(i + 1) % list.size()];
-}
 
 std::string note_of(const FlightOptions& options) {
   return "generated by gatefield-train, second sensor " + std::to_string(kStereoVersion) + ": flights of " +
@@ -330,7 +37,7 @@ std::string note_of(const FlightOptions& options) {
 
 Status validate(const FlightOptions& options) {
   const auto wrong = [](const char* field, double value, const char* expected) {
-    return Error{std::string("flights.") + field + " is " + std::to_string(value) + ", expected " + expected};
+    return Error::invalid(std::string("flights.") + field, std::to_string(value), expected);
   };
   if (options.rooms < 1) return wrong("rooms", 0.0, "at least 1");
   if (options.frames < 1) return wrong("frames", 0.0, "at least 1");
@@ -451,7 +158,6 @@ Sample measure(const FlightOptions& options, const Flight& flight, std::uint64_t
   sample.sequence = static_cast<std::uint32_t>(index);
   sample.time_s = frame / options.rate_hz;
 
-  // A course may have more gates than a sample keeps: those in view first, then the nearest.
   const Isometry3d X_CW = X_WC.inverse();
   std::vector<GateLabel> labels;
   for (const scene::Gate& gate : flight.world.gates) {
@@ -463,13 +169,7 @@ Sample measure(const FlightOptions& options, const Flight& flight, std::uint64_t
     label.visible_fraction = visible_fraction(camera, sample.clean_mm, label.shape, label.X_CG());
     labels.push_back(label);
   }
-  std::stable_sort(labels.begin(), labels.end(), [](const GateLabel& a, const GateLabel& b) {
-    if (a.valid() != b.valid()) return a.valid();
-    return a.p_CG.squaredNorm() < b.p_CG.squaredNorm();
-  });
-  sample.gate_count = static_cast<int>(std::min<std::size_t>(labels.size(), kMaxGates));
-  std::copy_n(labels.begin(), sample.gate_count, sample.gates.begin());
-  sort_gates(&sample);
+  set_gates(std::move(labels), &sample);
   return sample;
 }
 

@@ -42,8 +42,4 @@ struct ImportSummary {
 Result<ImportSummary> import_recordings(const std::filesystem::path& file, const ImportOptions& options,
                                         const std::function<bool(std::uint64_t, std::uint64_t)>& progress = {});
 
-/// Writes such a folder from rendered images: `frames` frames (at least 2) of an approach to two gates with a 424 x 240
-/// camera. Shows the format; also what the tests read back.
-Status write_example_recording(const std::filesystem::path& folder, int frames);
-
 }  // namespace gatefield::training

@@ -1,8 +1,9 @@
 #include "server/training/data/sensor_figures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include "server/training/data/true_depth.h"
@@ -144,20 +145,19 @@ std::string to_text(const SensorComparison& comparison) {
   for (std::size_t bin = 0; bin < kDepths_m.size(); ++bin) {
     for (const bool measured : {true, false}) {
       const SensorFigures& f = (measured ? comparison.measured : comparison.model)[bin];
-      char depth[32] = "all";
-      char sigma_m[32] = "";
+      std::string depth = "all";
+      std::string sigma_m;
       if (bin > 0) {
-        std::snprintf(depth, sizeof depth, "%.3g to %.3g", kDepths_m[bin - 1], kDepths_m[bin]);
+        depth = fmt::format("{:.3g} to {:.3g}", kDepths_m[bin - 1], kDepths_m[bin]);
         const double middle_m = 0.5 * (kDepths_m[bin - 1] + kDepths_m[bin]);
-        std::snprintf(sigma_m, sizeof sigma_m, " (%.3f)", f.sigma_px * middle_m * middle_m / scale_m_px);
+        sigma_m = fmt::format(" ({:.3f})", f.sigma_px * middle_m * middle_m / scale_m_px);
       }
-      char line[300];
-      std::snprintf(line, sizeof line,
-                    "| %s | %s | %.1f | %+.3f | %.3f%s | %.2f | %.2f | %.0f, %.0f | %.1f | %+.3f | %.3f | %.1f |\n",
-                    depth, measured ? "measured" : "model", 100.0 * f.fill, f.bias_px, f.sigma_px, sigma_m,
-                    100.0 * f.wrong, f.neighbour, 100.0 * f.edge_fill, 100.0 * f.edge_wrong, 100.0 * f.fill_gate,
-                    f.gate_bias_px, f.gate_sigma_px, 100.0 * f.gate_wrong);
-      out += line;
+      out += fmt::format(
+          "| {} | {} | {:.1f} | {:+.3f} | {:.3f}{} | {:.2f} | {:.2f} | {:.0f}, {:.0f} | {:.1f} | {:+.3f} | {:.3f} | "
+          "{:.1f} |\n",
+          depth, measured ? "measured" : "model", 100.0 * f.fill, f.bias_px, f.sigma_px, sigma_m, 100.0 * f.wrong,
+          f.neighbour, 100.0 * f.edge_fill, 100.0 * f.edge_wrong, 100.0 * f.fill_gate, f.gate_bias_px, f.gate_sigma_px,
+          100.0 * f.gate_wrong);
     }
   }
   return out;

@@ -1,9 +1,10 @@
 #include "server/training/data/statistics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "server/training/data/scenes.h"
@@ -19,9 +20,7 @@ class Ranges {
   Ranges(std::string title, std::vector<double> limits, const std::string& unit) : limits_(std::move(limits)) {
     group_.title = std::move(title);
     for (std::size_t i = 0; i + 1 < limits_.size(); ++i) {
-      char name[64];
-      std::snprintf(name, sizeof name, "%g to %g%s", limits_[i], limits_[i + 1], unit.c_str());
-      group_.parts.push_back({name, 0, 0});
+      group_.parts.push_back({fmt::format("{:g} to {:g}{}", limits_[i], limits_[i + 1], unit), 0, 0});
     }
   }
   void add(double value) {
@@ -157,10 +156,7 @@ std::string to_text(const DatasetStatistics& statistics) {
   for (const auto& group : statistics.groups) {
     text += group.title + "\n";
     for (const auto& part : group.parts) {
-      char line[128];
-      std::snprintf(line, sizeof line, "  %-40s %9llu  %5.1f %%\n", part.name.c_str(),
-                    static_cast<unsigned long long>(part.frames), 100.0 * part.part());
-      text += line;
+      text += fmt::format("  {:<40} {:9}  {:5.1f} %\n", part.name, part.frames, 100.0 * part.part());
     }
   }
   return text;

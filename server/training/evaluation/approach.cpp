@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/statistics.h"
 #include "server/service/sight.h"
 #include "server/training/data/scene_parts.h"
 #include "server/training/evaluation/parallel.h"
 #include "server/training/evaluation/shot.h"
-#include "server/training/evaluation/statistics.h"
 #include "server/training/evaluation/wrong_gate.h"
 
 namespace gatefield::training {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "common/base/statistics.h"
 #include "server/training/evaluation/statistics.h"
 
 namespace gatefield::training {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/statistics.h"
 #include "server/training/evaluation/selection.h"
-#include "server/training/evaluation/statistics.h"
 
 namespace gatefield::training {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "common/base/statistics.h"
 #include "common/model/bundle.h"
-#include "server/training/evaluation/statistics.h"
 
 namespace gatefield::training {
 namespace {
@@ -48,20 +48,20 @@ Status validate(const EvaluateOptions& options) {
 }
 
 Result<Evaluation> evaluate(const EvaluateOptions& options, const std::function<bool(double)>& progress) {
-  if (Status checked = validate(options); !checked) return Error{checked.error()};
+  if (Status checked = validate(options); !checked) return checked.failure();
   std::vector<model::Bundle> bundles;
   std::vector<Named> named{options.bundle};
   named.insert(named.end(), options.against.begin(), options.against.end());
   for (const Named& one : named) {
     auto bundle = model::Bundle::read(one.path);
-    if (!bundle) return Error{bundle.error()};
+    if (!bundle) return bundle.failure();
     bundles.push_back(std::move(bundle).value());
   }
   std::vector<Dataset> datasets;
   std::vector<std::uint64_t> counts;
   for (const Named& one : options.datasets) {
     auto dataset = Dataset::open(one.path);
-    if (!dataset) return Error{dataset.error()};
+    if (!dataset) return dataset.failure();
     if (dataset->size() == 0) return Error{"data set " + one.path.string() + " has no samples"};
     counts.push_back(options.limit > 0 ? std::min(options.limit, dataset->size()) : dataset->size());
     datasets.push_back(std::move(dataset).value());
@@ -70,7 +70,7 @@ Result<Evaluation> evaluate(const EvaluateOptions& options, const std::function<
   for (Observers& observers : threads) {
     for (const model::Bundle& bundle : bundles) {
       auto observer = Observer::create(bundle);
-      if (!observer) return Error{observer.error()};
+      if (!observer) return observer.failure();
       observers.push_back(std::move(observer).value());
     }
   }

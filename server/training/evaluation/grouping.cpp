@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/statistics.h"
 #include "server/training/evaluation/statistics.h"
 
 namespace gatefield::training {

@@ -1,21 +1,17 @@
 #include "server/training/evaluation/judge.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <optional>
 
 #include "server/training/evaluation/selection.h"
-#include "server/training/evaluation/statistics.h"
 
 namespace gatefield::training {
 namespace {
 
-std::string metres(double from_m, double to_m) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%g to %g m", from_m, to_m);
-  return text;
-}
+std::string metres(double from_m, double to_m) { return fmt::format("{:g} to {:g} m", from_m, to_m); }
 
 /// "Stage 1", "stage-1", "race_stage1" all have stage1 in them.
 std::optional<std::size_t> bundle_with(const Evaluation& evaluation, const std::string& word) {
@@ -137,9 +133,8 @@ std::vector<Target> other_targets(const Evaluation& evaluation) {
     if (set.kind != DatasetKind::kSimulation) continue;
     for (const Mode mode : kModes) {
       const LetThrough best = cross_checked(candidates(set.frames, 0, mode), kLetThroughPercent / 100.0);
-      char what[160];
-      std::snprintf(what, sizeof what, "wrong gates among frames let through (%.1f %% of them), %%",
-                    best.kept_percent());
+      const std::string what =
+          fmt::format("wrong gates among frames let through ({:.1f} % of them), %", best.kept_percent());
       out.push_back(
           {what, set.name + ", " + name_of(mode), best.kept_n, best.wrong_percent(), kWrongGatePercent, true, 2});
       out.push_back({"the same, those on no gate at all, %", set.name + ", " + name_of(mode), best.kept_n,

@@ -54,7 +54,7 @@ Observer::Observer(const model::Bundle& bundle, std::unique_ptr<perception::Dept
 
 Result<std::unique_ptr<Observer>> Observer::create(const model::Bundle& bundle) {
   auto encoder = perception::DepthEncoder::create(bundle);
-  if (!encoder) return Error{encoder.error()};
+  if (!encoder) return encoder.failure();
   return std::unique_ptr<Observer>(new Observer(bundle, std::move(encoder).value()));
 }
 

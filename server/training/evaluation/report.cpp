@@ -1,8 +1,9 @@
 #include "server/training/evaluation/report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "common/base/whole_file.h"
 #include "server/training/evaluation/charts.h"
@@ -21,10 +22,8 @@ std::string heading(const Evaluation& evaluation) {
     out += " Set " + set.name + " (" + name(set.kind) + "): " + std::to_string(set.frames.truth.size()) + " images, " +
            std::to_string(gates) + " with a gate.";
   }
-  char text[160];
-  std::snprintf(text, sizeof text, " Simulated sensor's noise times %g, prior's noise %g m per axis, seed %llu.",
-                options.noise_scale, options.prior_sigma_m, static_cast<unsigned long long>(options.seed));
-  return out + text;
+  return out + fmt::format(" Simulated sensor's noise times {:g}, prior's noise {:g} m per axis, seed {}.",
+                           options.noise_scale, options.prior_sigma_m, options.seed);
 }
 
 }  // namespace
@@ -66,10 +65,8 @@ std::string to_csv(const Evaluation& evaluation) {
           if (table.columns[k - 1] != "(const.)" && table.columns[k - 1] != "p90")
             column = table.columns[k - 1] + " " + table.columns[i];
         }
-        char number[48];
-        std::snprintf(number, sizeof number, "%.6g", row[i].value);
         out += plot::csv_cell(table.title) + "," + plot::csv_cell(name) + "," + plot::csv_cell(column) + "," +
-               (std::isfinite(row[i].value) ? number
+               (std::isfinite(row[i].value) ? fmt::format("{:.6g}", row[i].value)
                 : row[i].text == "-"        ? ""
                                             : plot::csv_cell(row[i].text)) +
                "\n";
@@ -82,11 +79,9 @@ std::string to_csv(const Evaluation& evaluation) {
 std::string speed_text(const Evaluation& evaluation) {
   std::string out;
   for (const Evaluation::Bundle& bundle : evaluation.bundles) {
-    char text[200];
-    std::snprintf(text, sizeof text,
-                  "encoder of %s: %.2f ms median, %.2f ms p99 with a prior; %.2f ms median without (one thread)\n",
-                  bundle.name.c_str(), bundle.encode_median_ms, bundle.encode_p99_ms, bundle.first_encode_median_ms);
-    out += text;
+    out += fmt::format(
+        "encoder of {}: {:.2f} ms median, {:.2f} ms p99 with a prior; {:.2f} ms median without (one thread)\n",
+        bundle.name, bundle.encode_median_ms, bundle.encode_p99_ms, bundle.first_encode_median_ms);
   }
   return out;
 }
@@ -96,16 +91,16 @@ Result<std::vector<std::string>> write_report(const Evaluation& evaluation, cons
   std::filesystem::create_directories(folder, code);
   if (code) return Error{"folder " + folder.string() + " can't be made: " + code.message()};
   if (Status written = write_file(folder / "evaluation.txt", to_text(evaluation)); !written)
-    return Error{written.error()};
+    return written.failure();
   if (Status written = write_file(folder / "evaluation.md", to_markdown(evaluation)); !written)
-    return Error{written.error()};
+    return written.failure();
   if (Status written = write_file(folder / "evaluation.csv", to_csv(evaluation)); !written)
-    return Error{written.error()};
+    return written.failure();
   std::vector<std::string> sentences;
   int missing = 0;
   for (const auto& [name, chart] : charts_of(evaluation)) {
     const auto drawn = plot::draw(chart, folder, name);
-    if (!drawn) return Error{drawn.error()};
+    if (!drawn) return drawn.failure();
     if (!drawn->png && ++missing == 1) sentences.push_back(drawn->why_not);
   }
   if (missing > 1) sentences.push_back(std::to_string(missing - 1) + " more pictures are missing for the same reason");

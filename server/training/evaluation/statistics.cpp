@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
+
+#include "common/base/statistics.h"
 
 namespace gatefield::training {
 namespace {
@@ -27,13 +30,6 @@ std::vector<double> ranks(const std::vector<double>& values) {
 
 }  // namespace
 
-double quantile(std::vector<double> values, double part) {
-  if (values.empty()) return kNone;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 double mean(const std::vector<double>& values) {
   if (values.empty()) return kNone;
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -55,9 +51,7 @@ double spearman(const std::vector<double>& a, const std::vector<double>& b) {
 
 double constant_error(std::vector<float> truth) {
   if (truth.empty()) return kNone;
-  const auto middle = truth.begin() + static_cast<std::ptrdiff_t>(truth.size() / 2);
-  std::nth_element(truth.begin(), middle, truth.end());
-  const double constant = *middle;
+  const double constant = quantile_in_place(std::span(truth), 0.5);
   double sum = 0.0;
   for (const float value : truth) sum += std::abs(static_cast<double>(value) - constant);
   return sum / static_cast<double>(truth.size());

@@ -6,8 +6,6 @@ namespace gatefield::training {
 
 /// Everything here gives NaN where there is nothing to say something about.
 
-/// The value below which `part` of the values lie: the nearest of them, nothing in between. @pre 0 <= part <= 1, no NaN
-double quantile(std::vector<double> values, double part);
 double mean(const std::vector<double>& values);
 
 /// Spearman's rank correlation, -1 to 1; equal values share the mean of their ranks. @pre a.size() == b.size(), no NaN

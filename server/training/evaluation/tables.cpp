@@ -1,8 +1,9 @@
 #include "server/training/evaluation/tables.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "server/training/evaluation/judge.h"
@@ -18,16 +19,10 @@ using plot::Table;
 constexpr int kBins = 10;
 constexpr int kWindow = 10;
 
-std::string text(const char* format, auto... values) {
-  char out[512];
-  std::snprintf(out, sizeof out, format, values...);
-  return out;
-}
-
 Cell count(int n) { return {static_cast<double>(n), 0}; }
 
 std::string mode_title(const Evaluation& evaluation, Mode mode) {
-  return mode == Mode::kPrior ? text("with a prior (truth + %g m per axis)", evaluation.options.prior_sigma_m)
+  return mode == Mode::kPrior ? fmt::format("with a prior (truth + {:g} m per axis)", evaluation.options.prior_sigma_m)
                               : std::string("first look, without a prior");
 }
 
@@ -35,7 +30,7 @@ std::string mode_title(const Evaluation& evaluation, Mode mode) {
 Cell judged(const Target& target) {
   if (target.count == 0) return "-";
   const int d = target.digits;
-  Cell cell(text("%.*f (%.*f) %s", d, target.value, d, target.bar, target.met() ? "met" : "missed"));
+  Cell cell(fmt::format("{:.{}f} ({:.{}f}) {}", target.value, d, target.bar, d, target.met() ? "met" : "missed"));
   return cell;
 }
 
@@ -57,9 +52,9 @@ Table distance_target_table(const Evaluation& evaluation) {
     if (set.kind == DatasetKind::kSimulation)
       images = std::max(images, static_cast<int>(select(set.frames, 0, Mode::kPrior).truth.size()));
   }
-  table.note = text("%d of %zu met.", met, targets.size());
+  table.note = fmt::format("{} of {} met.", met, targets.size());
   if (images < kFewestImages)
-    table.note += text(" Only %d images with a gate; the bars ask for %d at least.", images, kFewestImages);
+    table.note += fmt::format(" Only {} images with a gate; the bars ask for {} at least.", images, kFewestImages);
   return table;
 }
 
@@ -74,11 +69,11 @@ Table other_target_table(const Evaluation& evaluation) {
                           target.where,
                           count(target.count),
                           {target.value, target.digits},
-                          text("%s %.*f", target.at_most ? "<=" : ">=", target.digits, target.bar),
+                          fmt::format("{} {:.{}f}", target.at_most ? "<=" : ">=", target.bar, target.digits),
                           target.met() ? "met" : "missed"});
     met += target.met() ? 1 : 0;
   }
-  table.note = text("%d of %zu met.", met, targets.size());
+  table.note = fmt::format("{} of {} met.", met, targets.size());
   return table;
 }
 
@@ -173,7 +168,7 @@ Table validity_table(const Evaluation& evaluation, const Evaluation::Set& set) {
   row("first look: less than 12 % of any gate", Empty::kLittle);
   row("first look: no valid gate (less than 25 %)", Empty::kNoValid);
   row("prior: a place 2 m and more from every gate", Empty::kPlaces);
-  table.note = text("Kept and recognised at the bundle's threshold, %.2f, unless said otherwise.", threshold);
+  table.note = fmt::format("Kept and recognised at the bundle's threshold, {:.2f}, unless said otherwise.", threshold);
   return table;
 }
 
@@ -192,11 +187,11 @@ Table calibration_table(const Evaluation& evaluation, const Evaluation::Set& set
                           {bins[i].actual_p90_m, 3}});
   }
   const auto risk = risk_coverage(p.predicted_m, p.actual_m, 5);
-  table.note = text("Spearman %.2f; mean |predicted - actual| over the tenths %.3f m.",
-                    spearman(p.predicted_m, p.actual_m), calibration_error(bins));
+  table.note = fmt::format("Spearman {:.2f}; mean |predicted - actual| over the tenths {:.3f} m.",
+                           spearman(p.predicted_m, p.actual_m), calibration_error(bins));
   if (risk.size() == 5) {
-    table.note += text(" Without the worst fifth %.3f instead of %.3f m (%.3f if the errors were known).",
-                       risk[3].mean_m, risk[4].mean_m, risk[3].best_m);
+    table.note += fmt::format(" Without the worst fifth {:.3f} instead of {:.3f} m ({:.3f} if the errors were known).",
+                              risk[3].mean_m, risk[4].mean_m, risk[3].best_m);
   }
   return table;
 }
@@ -204,8 +199,8 @@ Table calibration_table(const Evaluation& evaluation, const Evaluation::Set& set
 Table wrong_gate_table(const Evaluation& evaluation, const Evaluation::Set& set, Mode mode) {
   const std::vector<Candidate> frames = candidates(set.frames, 0, mode);
   Table table;
-  table.title =
-      text("Wrong gates (centre more than %g m off), ", kWrongGate_m) + set.name + ", " + mode_title(evaluation, mode);
+  table.title = fmt::format("Wrong gates (centre more than {:g} m off), ", kWrongGate_m) + set.name + ", " +
+                mode_title(evaluation, mode);
   table.columns = {"let through", "n",       "let through, %", "wrong, n",           "on another gate, n",
                    "wrong, %",    "empty n", "phantoms, n",    "wrong or phantom, %"};
   const auto row = [&](const std::string& name, const LetThrough& r, bool phantoms) {
@@ -222,7 +217,7 @@ Table wrong_gate_table(const Evaluation& evaluation, const Evaluation::Set& set,
   };
   row("everything", let_through(frames, {0.0}), true);
   const double threshold = evaluation.bundles[0].validity_threshold;
-  row(text("validity >= %.2f (the bundle's)", threshold), let_through(frames, {threshold}), true);
+  row(fmt::format("validity >= {:.2f} (the bundle's)", threshold), let_through(frames, {threshold}), true);
   LetThrough memory;
   for (const Measured* m : select(set.frames, 0, mode).measured) {
     ++memory.gates_n;
@@ -233,11 +228,11 @@ Table wrong_gate_table(const Evaluation& evaluation, const Evaluation::Set& set,
   }
   row("gate memory as it is (validity, fit, place)", memory, false);
   const Thresholds best = best_thresholds(frames, kLetThroughPercent / 100.0);
-  row(text("best pair: validity >= %.3f, predicted <= %.3f m", best.validity_min, best.predicted_max_m),
+  row(fmt::format("best pair: validity >= {:.3f}, predicted <= {:.3f} m", best.validity_min, best.predicted_max_m),
       let_through(frames, best), true);
   row("best pair, cross-checked", cross_checked(frames, kLetThroughPercent / 100.0), true);
-  table.note = text(
-      "Best pair: the fewest wrong with at least %g %% let through; cross-checked: chosen on every other image, "
+  table.note = fmt::format(
+      "Best pair: the fewest wrong with at least {:g} % let through; cross-checked: chosen on every other image, "
       "counted "
       "on the ones between. Phantoms: let through although nothing of a gate is in view.",
       kLetThroughPercent);
@@ -247,8 +242,9 @@ Table wrong_gate_table(const Evaluation& evaluation, const Evaluation::Set& set,
 Table two_gates_table(const Evaluation& evaluation) {
   const TwoGatesOptions& options = evaluation.options.two_gates;
   Table table;
-  table.title = text("Two gates in view whose distances differ by less than %g m; prior: one of them + %g m per axis",
-                     options.difference_m, options.prior_sigma_m);
+  table.title =
+      fmt::format("Two gates in view whose distances differ by less than {:g} m; prior: one of them + {:g} m per axis",
+                  options.difference_m, options.prior_sigma_m);
   table.columns = {"bundle",    "n",   "the named one, %",          "the other, %", "neither, %",
                    "centre, m", "p90", "first look: one of them, %"};
   for (std::size_t i = 0; i < evaluation.two_gates.size(); ++i) {
@@ -269,15 +265,16 @@ Table two_gates_table(const Evaluation& evaluation) {
 Table approach_table(const Evaluation& evaluation) {
   const ApproachOptions& options = evaluation.options.approach;
   Table table;
-  table.title = text("Approaches from %g to %g m at 5 to 9 m/s, 30 to 60 frames a second, waypoint %g m off: centre",
-                     options.from_m, options.to_m, options.nominal_m);
+  table.title =
+      fmt::format("Approaches from {:g} to {:g} m at 5 to 9 m/s, 30 to 60 frames a second, waypoint {:g} m off: centre",
+                  options.from_m, options.to_m, options.nominal_m);
   table.columns = {"bundle", "gate at", "frames", "single frame, m", "p90", "memory, m", "p90", "waypoint alone, m"};
   for (std::size_t i = 0; i < evaluation.approaches.size(); ++i) {
     for (const auto& [from_m, to_m] : {std::pair{1.0, 2.0}, {2.0, 4.0}, {1.0, 4.0}, {4.0, 7.0}, {7.0, 8.0}}) {
       const ApproachRow row = approach_row(evaluation.approaches[i], from_m, to_m);
       if (row.count == 0) continue;
       table.rows.push_back({evaluation.bundles[i].name,
-                            text("%g to %g m", from_m, to_m),
+                            fmt::format("{:g} to {:g} m", from_m, to_m),
                             count(row.count),
                             {row.frame_median_m, 3},
                             {row.frame_p90_m, 3},
@@ -286,8 +283,8 @@ Table approach_table(const Evaluation& evaluation) {
                             {options.nominal_m, 3}});
     }
   }
-  table.note = text(
-      "%d flights; frames with a valid gate. Single frame: the field of one image, looked at where the memory said. "
+  table.note = fmt::format(
+      "{} flights; frames with a valid gate. Single frame: the field of one image, looked at where the memory said. "
       "Memory: the gate memory's centre after that frame. Both as the server runs them.",
       options.count);
   return table;
@@ -295,7 +292,7 @@ Table approach_table(const Evaluation& evaluation) {
 
 Table bias_table(const Evaluation& evaluation) {
   Table table;
-  table.title = text("Bias and noise over windows of %d frames of an approach", kWindow);
+  table.title = fmt::format("Bias and noise over windows of {} frames of an approach", kWindow);
   table.columns = {
       "bundle",   "windows",          "left out",         "single, m", "mean of window, m", "spread in window, m",
       "noise, %", "of the window, %", "of the flight, %", "of all, %", "all: x, m",         "y, m",
@@ -317,11 +314,11 @@ Table bias_table(const Evaluation& evaluation) {
                           {b.mean_G.y(), 4},
                           {b.mean_G.z(), 4}});
   }
-  table.note = text(
+  table.note = fmt::format(
       "Medians of the length of a single frame's error, of a window's mean error (bias) and of the root mean square "
       "about it (noise). The per cents share out the mean square: noise from frame to frame, bias of a window, of a "
       "whole flight, common to all; the latter in the gate's frame (x through the opening). Left out: windows with a "
-      "centre missing or more than %g m off.",
+      "centre missing or more than {:g} m off.",
       kWrongGate_m);
   return table;
 }

@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/statistics.h"
 #include "server/training/data/scenes.h"
 #include "server/training/evaluation/parallel.h"
 #include "server/training/evaluation/shot.h"
-#include "server/training/evaluation/statistics.h"
 #include "server/training/evaluation/wrong_gate.h"
 
 namespace gatefield::training {
 namespace {
 
-constexpr std::uint64_t kBlock = 512;           ///< worlds that are drawn at a time
-constexpr std::uint64_t kMostWorlds = 1 << 20;  ///< far more than are ever needed
+constexpr std::uint64_t kBlock = 512;          ///< worlds that are drawn at a time
+constexpr std::uint64_t kMaxWorlds = 1 << 20;  ///< far more than are ever needed
 
 struct Pair {
   std::uint64_t world = 0;
@@ -75,7 +75,7 @@ std::optional<std::vector<TwoGatesResult>> measure_two_gates(const TwoGatesOptio
   const std::size_t bundles = threads->front().size();
   const auto wanted = static_cast<std::size_t>(std::max(0, options.count));
   std::vector<Pair> pairs;
-  for (std::uint64_t begin = 0; pairs.size() < wanted && begin < kMostWorlds; begin += kBlock) {
+  for (std::uint64_t begin = 0; pairs.size() < wanted && begin < kMaxWorlds; begin += kBlock) {
     std::vector<std::optional<Pair>> found(kBlock);
     if (!for_each_index(
             kBlock, thread_n, [&](int, std::uint64_t i) { found[i] = pair_in(options, begin + i); },

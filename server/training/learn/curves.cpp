@@ -77,7 +77,7 @@ Result<std::string> draw_curves(const std::filesystem::path& log_file, const std
     if (!series.x.empty()) chart.series.push_back(std::move(series));
   }
   const auto drawn = plot::draw(chart, folder, name);
-  if (!drawn) return Error{drawn.error()};
+  if (!drawn) return drawn.failure();
   return drawn->why_not;
 }
 

@@ -29,7 +29,7 @@ Result<Design> find_design(std::string_view name) {
   if (found != kDesigns.end()) return *found;
   std::string known;
   for (const Design& design : kDesigns) known += (known.empty() ? "'" : ", '") + std::string(design.name) + "'";
-  return Error{"design is '" + std::string(name) + "', expected one of " + known};
+  return Error::invalid("design", std::string("'").append(name) + "'", "one of " + known, ErrorCode::kUnknownName);
 }
 
 }  // namespace gatefield::training

@@ -8,7 +8,8 @@
 #include "server/training/learn/designs.h"
 
 /// The networks (docs/training.md). Layer sizes stand here once; export.cpp writes the same graphs from the parameters'
-/// names. Only this file, networks.cpp and trainer.cpp include libtorch. Thread-safe: no.
+/// names. With losses, model, checkpoint and trainer.cpp the only place that
+/// includes libtorch. Thread-safe: no.
 namespace gatefield::training {
 
 inline constexpr int kHyperHidden = 64;

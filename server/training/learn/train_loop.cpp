@@ -1,5 +1,7 @@
 #include "server/training/learn/train_loop.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cinttypes>
@@ -60,7 +62,7 @@ Result<double> cut_log(const std::filesystem::path& file, std::uint64_t step) {
       learning_time_s = time_s;
     }
   }
-  if (const Status written = write_file(file, kept); !written) return Error{"log " + written.error()};
+  if (const Status written = write_file(file, kept); !written) return written.failure().within("log ");
   return learning_time_s;
 }
 
@@ -86,15 +88,11 @@ Result<bool> train(const TrainRun& run) {
     if (data.file.empty()) {
       sources.push_back({nullptr, data.part, run.seed, data.round_part});
       said += "images rendered as they are needed; ";
-      if (data.round_part > 0.0) {
-        char part[48];
-        std::snprintf(part, sizeof part, "%.0f %% of their gates round; ", 100.0 * data.round_part);
-        said += part;
-      }
+      if (data.round_part > 0.0) said += fmt::format("{:.0f} % of their gates round; ", 100.0 * data.round_part);
       continue;
     }
     auto dataset = Dataset::open(data.file);
-    if (!dataset) return Error{dataset.error()};
+    if (!dataset) return dataset.failure();
     if (dataset->size() == 0) return Error{"data set " + data.file.string() + " has no samples"};
     datasets.push_back(std::move(dataset).value());
     sources.push_back({&datasets.back(), data.part, 0});
@@ -111,7 +109,7 @@ Result<bool> train(const TrainRun& run) {
   options.allow_bf16 = run.allow_bf16;
   options.seed = run.seed;
   auto created = Trainer::create(options);
-  if (!created) return Error{created.error()};
+  if (!created) return created.failure();
   Trainer& trainer = **created;
 
   std::error_code code;
@@ -120,10 +118,10 @@ Result<bool> train(const TrainRun& run) {
   const std::filesystem::path checkpoint = run.folder / "checkpoint.pt";
   const std::filesystem::path log_file = run.folder / "log.csv";
   if (std::filesystem::exists(checkpoint)) {
-    if (const Status loaded = trainer.load(checkpoint); !loaded) return Error{loaded.error()};
+    if (const Status loaded = trainer.load(checkpoint); !loaded) return loaded.failure();
   } else if (!run.start_from.empty()) {
     const auto left = trainer.start_from(run.start_from);
-    if (!left) return Error{left.error()};
+    if (!left) return left.failure();
     if (!left->empty()) {
       std::string names;
       for (const std::string& name : *left) names += (names.empty() ? "" : ", ") + name;
@@ -131,7 +129,7 @@ Result<bool> train(const TrainRun& run) {
     }
   }
   const auto cut = cut_log(log_file, trainer.steps());
-  if (!cut) return Error{cut.error()};
+  if (!cut) return cut.failure();
   const double earlier_s = *cut;
   if (trainer.steps() >= options.total_steps) {
     std::printf("%s: all %" PRIu64 " steps are done\n", run.folder.c_str(), trainer.steps());
@@ -170,7 +168,7 @@ Result<bool> train(const TrainRun& run) {
     auto batch = queue.next();
     const auto losses = trainer.step(batch_options, batch.get());
     queue.recycle(std::move(batch));
-    if (!losses) return Error{losses.error()};
+    if (!losses) return losses.failure();
     mean.add(*losses);
 
     const std::uint64_t step = trainer.steps();
@@ -182,23 +180,21 @@ Result<bool> train(const TrainRun& run) {
       rate_step = step;
       const double n = mean.count;
       const std::uint64_t passes = step * static_cast<std::uint64_t>(images);
-      char line[320];
-      std::snprintf(line, sizeof line,
-                    "%" PRIu64 ",%" PRIu64 ",%.1f,%.0f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f\n", step,
-                    passes, earlier_s + std::chrono::duration<double>(now - begun).count(), images_per_s,
-                    mean.sum.total / n, mean.sum.field_m / n, mean.sum.box_m / n, mean.sum.constant_m / n,
-                    mean.sum.center_m / n, mean.sum.first_center_m / n, mean.sum.segmentation / n, mean.sum.normal / n,
-                    mean.sum.depth / n, mean.sum.validity / n, mean.sum.predicted_error / n);
-      log << line << std::flush;
+      log << fmt::format(
+                 "{},{},{:.1f},{:.0f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f}\n",
+                 step, passes, earlier_s + std::chrono::duration<double>(now - begun).count(), images_per_s,
+                 mean.sum.total / n, mean.sum.field_m / n, mean.sum.box_m / n, mean.sum.constant_m / n,
+                 mean.sum.center_m / n, mean.sum.first_center_m / n, mean.sum.segmentation / n, mean.sum.normal / n,
+                 mean.sum.depth / n, mean.sum.validity / n, mean.sum.predicted_error / n)
+          << std::flush;
       if (!log) return Error{"log " + log_file.string() + " can't be written (disk full?)"};
       const double part = static_cast<double>(step) / static_cast<double>(options.total_steps);
       const double per_step_s =
           std::chrono::duration<double>(now - begun).count() / static_cast<double>(step - first_step);
-      char text[200];
-      std::snprintf(text, sizeof text,
-                    "%.0f img/s  field %.3f m (constant %.3f)  box %.3f m  centre %.3f m  first %.3f m", images_per_s,
-                    mean.sum.field_m / n, mean.sum.constant_m / n, mean.sum.box_m / n, mean.sum.center_m / n,
-                    mean.sum.first_center_m / n);
+      const std::string text =
+          fmt::format("{:.0f} img/s  field {:.3f} m (constant {:.3f})  box {:.3f} m  centre {:.3f} m  first {:.3f} m",
+                      images_per_s, mean.sum.field_m / n, mean.sum.constant_m / n, mean.sum.box_m / n,
+                      mean.sum.center_m / n, mean.sum.first_center_m / n);
       progress.show(part, per_step_s * static_cast<double>(options.total_steps - step), text);
       if (!warned && passes > kPlateauImages && mean.sum.field_m > 0.9 * mean.sum.constant_m) {
         progress.say("warning: after " + std::to_string(passes) +
@@ -209,11 +205,11 @@ Result<bool> train(const TrainRun& run) {
       mean = {};
     }
     if (std::chrono::duration<double>(now - saved_at).count() > run.checkpoint_every_s) {
-      if (const Status saved = save(); !saved) return Error{saved.error()};
+      if (const Status saved = save(); !saved) return saved.failure();
       saved_at = Clock::now();
     }
   }
-  if (const Status saved = save(); !saved) return Error{saved.error()};
+  if (const Status saved = save(); !saved) return saved.failure();
   const bool complete = trainer.steps() >= options.total_steps;
   progress.say(complete ? "training complete"
                         : "stopped at step " + std::to_string(trainer.steps()) + "; the same command continues");

@@ -12,6 +12,7 @@
 
 #include "common/scene/depth_camera.h"
 #include "server/training/data/contact_sheet.h"
+#include "server/training/data/example_recording.h"
 
 namespace gatefield::training {
 namespace {

@@ -7,14 +7,6 @@
 namespace gatefield::training {
 namespace {
 
-TEST(Quantile, TakesTheNearestValue) {
-  EXPECT_EQ(quantile({5, 1, 4, 2, 3}, 0.5), 3);
-  EXPECT_EQ(quantile({5, 1, 4, 2, 3}, 0.0), 1);
-  EXPECT_EQ(quantile({5, 1, 4, 2, 3}, 1.0), 5);
-  EXPECT_EQ(quantile({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, 0.9), 10);
-  EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
-}
-
 TEST(Spearman, SeesOrderOnly) {
   EXPECT_DOUBLE_EQ(spearman({1, 2, 3, 4}, {1, 8, 27, 1000}), 1.0);
   EXPECT_DOUBLE_EQ(spearman({1, 2, 3, 4}, {4, 3, 2, 1}), -1.0);
