@@ -9,6 +9,7 @@
 #include "client/race/files.h"
 #include "client/race/trial_log.h"
 #include "client/simulator/flight_picture.h"
+#include "common/base/text.h"
 
 namespace gatefield::race {
 namespace {
@@ -107,7 +108,7 @@ Status put_table(const fs::path& folder, const std::string& name, const plot::Ta
 }
 
 Result<simulator::FlownPath> read_path(const fs::path& file, const TrialResult& result) {
-  const auto text = get_file(file);
+  const auto text = read_file(file);
   if (!text) return Error{text.error()};
   simulator::FlownPath path{result.seed, result.won(), {}};
   std::istringstream in(*text);

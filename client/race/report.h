@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/race/campaign.h"
-#include "client/race/trial.h"
+#include "client/race/trial_result.h"
 #include "common/plot/chart.h"
 #include "common/plot/table.h"
 
