@@ -30,6 +30,8 @@ struct Goal {
   double success_percent = 0.0;
 };
 
+inline constexpr std::uint64_t kMaxSeeds = 100'000;  ///< of one range
+
 struct SeedRange {
   std::uint64_t first = 1, last = 1;
   std::uint64_t count() const noexcept { return last - first + 1; }
@@ -79,7 +81,8 @@ struct Figure {
 struct Campaign {
   std::string title;
   std::vector<Cell> cells;
-  std::vector<Figure> figures;  ///< every one that a cell names, in order of appearance
+  std::vector<Figure> figures;     ///< every one that a cell names, in order of appearance
+  std::vector<std::string> notes;  ///< what was taken otherwise than written (config::Vehicle::notes)
 
   const Cell* find(const std::string& name) const noexcept;
 };

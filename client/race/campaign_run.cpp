@@ -1,8 +1,9 @@
 #include "client/race/campaign_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <mutex>
 #include <numbers>
 #include <set>
@@ -10,6 +11,7 @@
 #include "client/race/files.h"
 #include "client/race/flights.h"
 #include "client/race/trial_log.h"
+#include "client/race/trial_table.h"
 #include "client/simulator/belief_picture.h"
 #include "client/simulator/flight_picture.h"
 
@@ -19,15 +21,15 @@ namespace {
 namespace fs = std::filesystem;
 
 Status add_file(const fs::path& file, Fingerprint* print) {
-  const auto content = get_file(file);
-  if (!content) return Error{content.error()};
+  const auto content = read_file(file);
+  if (!content) return content.failure();
   print->add(*content);
   return {};
 }
 
 Status add_model(const std::string& name, Fingerprint* print) {
   const auto folder = find_model(name);
-  if (!folder) return Error{folder.error()};
+  if (!folder) return folder.failure();
   std::vector<fs::path> files;
   std::error_code failure;
   for (const auto& entry : fs::directory_iterator(*folder, failure))
@@ -46,13 +48,11 @@ Status add_programs(const std::string& server, Fingerprint* print) {
 }
 
 std::string subtitle(const Trial& trial, const simulator::Report& report) {
-  char text[256];
   const auto& perturbation = trial.cell->scenario.perturbation;
-  std::snprintf(text, sizeof text,
-                "%s, profile %s, gates displaced %.2f m, turned %.0f deg; top speed %.2f m/s, mean %.2f m/s",
-                trial.name().c_str(), trial.cell->profile.c_str(), perturbation.position_m,
-                perturbation.yaw_rad * 180.0 / std::numbers::pi, report.top_speed_m_s, report.mean_speed_m_s);
-  return text;
+  return fmt::format(
+      "{}, profile {}, gates displaced {:.2f} m, turned {:.0f} deg; top speed {:.2f} m/s, mean {:.2f} m/s",
+      trial.name(), trial.cell->profile, perturbation.position_m, perturbation.yaw_rad * 180.0 / std::numbers::pi,
+      report.top_speed_m_s, report.mean_speed_m_s);
 }
 
 /// Keeps what a run leaves of its flights.
@@ -89,10 +89,10 @@ class Keeper {
   Status draw_end(const Trial& trial, const Flight& flight, const TrialResult& result,
                   const config::Scenario& scenario) const {
     const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, trial.seed);
-    char belief[160] = ", the gate was never seen";
+    std::string belief = ", the gate was never seen";
     if (std::isfinite(result.belief_error_m))
-      std::snprintf(belief, sizeof belief, "; believed %.2f m and %.0f deg off, first seen %.2f s before the end",
-                    result.belief_error_m, result.belief_turn_deg, result.seen_before_s);
+      belief = fmt::format("; believed {:.2f} m and {:.0f} deg off, first seen {:.2f} s before the end",
+                           result.belief_error_m, result.belief_turn_deg, result.seen_before_s);
     return simulator::write_end_picture(request_.folder / "failures" / (trial.file_name() + "-end.png"), scenario,
                                         flight.report, flight.trace, diagnose(flight.report, flight.trace, world).gate,
                                         trial.name() + ": " + result.sentence,
@@ -140,11 +140,9 @@ Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server) {
   print.add(cell.scenario_text);
   for (const fs::path& file : {cell.scenario.course_file, cell.scenario.vehicle_file, cell.noise_file})
     if (!file.empty())
-      if (auto status = add_file(file, &print); !status) return Error{status.error()};
-  char numbers[160];
-  std::snprintf(numbers, sizeof numbers, "%d %.17g %.17g %.17g", cell.laps.value_or(0), cell.link.each_way_ms,
-                cell.link.jitter_ms, cell.link.loss);
-  print.add(numbers);
+      if (auto status = add_file(file, &print); !status) return status.failure();
+  print.add(fmt::format("{} {:.17g} {:.17g} {:.17g}", cell.laps.value_or(0), cell.link.each_way_ms, cell.link.jitter_ms,
+                        cell.link.loss));
   print.add(cell.profile);
   print.add(name(cell.perception));
   const bool learned = cell.perception == Perception::kLearned;
@@ -158,14 +156,15 @@ Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server) {
   std::error_code failure;
   if (!fs::is_regular_file(profile, failure))
     return Error{"cell '" + cell.name + "': profile is '" + cell.profile + "', expected one of the files in " +
-                 server.profiles.string() + " without its .txt"};
-  if (auto status = add_file(profile, &print); !status) return Error{status.error()};
+                     server.profiles.string() + " without its .txt",
+                 ErrorCode::kUnknownName, "profile"};
+  if (auto status = add_file(profile, &print); !status) return status.failure();
   if (learned)
     if (auto status = add_model(cell.model, &print); !status)
-      return Error{"cell '" + cell.name + "': " + status.error()};
+      return status.failure().within("cell '" + cell.name + "': ");
   print.add(server.isa);
   if (auto status = add_programs(learned ? server.program : server.baseline_program, &print); !status)
-    return Error{status.error()};
+    return status.failure();
   return print.value();
 }
 
@@ -173,11 +172,11 @@ Result<Plan> plan_run(const Campaign& campaign, const RunRequest& request) {
   Plan plan;
   for (const Cell& cell : campaign.cells) {
     const auto setup = setup_of(cell, request.server);
-    if (!setup) return Error{setup.error()};
+    if (!setup) return setup.failure();
     plan.setups[cell.name] = *setup;
   }
   const auto results = read_trials(request.folder);
-  if (!results) return Error{results.error()};
+  if (!results) return results.failure();
   std::set<std::string> done;
   for (const TrialResult& result : *results) {
     const auto setup = plan.setups.find(result.cell);
@@ -226,7 +225,7 @@ Result<std::size_t> merge_results(const std::vector<fs::path>& sources, const fs
   for (const fs::path& source : sources) {
     const bool folder = fs::is_directory(source, failure);
     const auto results = folder ? read_trials(source) : read_trial_file(source);
-    if (!results) return Error{results.error()};
+    if (!results) return results.failure();
     if (folder && results->empty())
       return Error{source.string() + ": has no results, expected a folder with trials*.csv that gatefield-race filled"};
     all.insert(all.end(), results->begin(), results->end());
@@ -260,14 +259,14 @@ Result<std::size_t> merge_results(const std::vector<fs::path>& sources, const fs
     return Error{file.string() + ": is there already, expected a new folder, or the folder among what is merged"};
   std::string text = csv_header() + "\n";
   for (const TrialResult& result : all) text += csv_line(result) + "\n";
-  const auto spec = get_file(campaign / "campaign.txt");
-  if (!spec) return Error{spec.error()};
-  if (auto status = put_file(out / "campaign.txt", *spec); !status) return Error{status.error()};
+  const auto spec = read_file(campaign / "campaign.txt");
+  if (!spec) return spec.failure();
+  if (auto status = put_file(out / "campaign.txt", *spec); !status) return status.failure();
   for (const fs::path& source : sources) {
     const fs::path home = fs::is_directory(source, failure) ? source : source.parent_path();
     for (const char* part : {"cells", "paths", "failures", "rollouts"}) copy_missing(home / part, out / part);
   }
-  if (auto status = put_file(file, text); !status) return Error{status.error()};
+  if (auto status = put_file(file, text); !status) return status.failure();
   return all.size();
 }
 

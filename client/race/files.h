@@ -6,14 +6,12 @@
 #include <string_view>
 
 #include "common/base/result.h"
+#include "common/base/whole_file.h"
 
 namespace gatefield::race {
 
-/// The whole file. Errors: its name and why.
-Result<std::string> get_file(const std::filesystem::path& file);
-
-/// Puts a file in place, whole or not at all; makes its folder; leaves alone what is there with the same content.
-/// Several programs may put the same file at once. Errors: its name and why.
+/// As write_file(), and leaves alone what is there with the same content. Several programs may put the same file at
+/// once.
 Status put_file(const std::filesystem::path& file, std::string_view content);
 
 /// 64-bit FNV-1a, to tell contents apart (no protection against malice).
@@ -33,9 +31,6 @@ class Fingerprint {
  private:
   std::uint64_t value_ = 0xcbf29ce484222325ull;
 };
-
-/// 16 digits.
-std::string hex(std::uint64_t value);
 
 /// Short name of this machine, of [A-Za-z0-9_-].
 std::string host_name();

@@ -17,7 +17,6 @@ namespace fs = std::filesystem;
 constexpr auto kServerStart = 60s;
 constexpr auto kConnect = 3s;
 constexpr int kConnectAttempts = 10;
-constexpr int kBadInput = 2;  // gatefield-server's exit code for arguments, model and profiles
 /// Below 100 the ports of a domain stay clear of those that the system gives to outgoing connections.
 constexpr std::uint32_t kFirstDomain = 10, kDomains = 90;
 
@@ -27,11 +26,12 @@ Result<fs::path> find_model(const std::string& name) {
   std::error_code failure;
   if (fs::exists(fs::path(name) / "manifest.txt", failure)) return fs::absolute(name);
   const auto config = config::config_folder();
-  if (!config) return Error{config.error()};
+  if (!config) return config.failure();
   const fs::path shipped = config->parent_path() / "models" / name;
   if (fs::exists(shipped / "manifest.txt", failure)) return shipped;
   return Error{"model '" + name + "' is neither a folder nor one of " + shipped.parent_path().string() +
-               ", expected a folder with manifest.txt"};
+                   ", expected a folder with manifest.txt",
+               ErrorCode::kUnknownName, "model"};
 }
 
 ServerFlyer::ServerFlyer(ServerOptions options, int worker) : options_(std::move(options)), worker_(worker) {
@@ -46,25 +46,25 @@ ServerFlyer::ServerFlyer(ServerOptions options, int worker) : options_(std::move
   }
 }
 
-void ServerFlyer::set_server(std::shared_ptr<ServerProcess> server) {
+void ServerFlyer::set_server(std::shared_ptr<ChildProcess> server) {
   const std::lock_guard lock(mutex_);
   server_.swap(server);
 }
 
 bool ServerFlyer::lost() {
-  std::shared_ptr<ServerProcess> server;
+  std::shared_ptr<ChildProcess> server;
   {
     const std::lock_guard lock(mutex_);
     server = server_;
   }
-  return server && !server->alive();
+  return server && !server->running();
 }
 
 Result<std::vector<std::string>> ServerFlyer::server_arguments(const Cell& cell) const {
   std::vector<std::string> arguments;
   if (cell.perception == Perception::kLearned) {
     const auto folder = find_model(cell.model);
-    if (!folder) return Error{folder.error()};
+    if (!folder) return folder.failure();
     arguments = {options_.program, "--model", folder->string()};
   } else {
     arguments = {options_.baseline_program, "--perception", name(cell.perception), "--scenario",
@@ -85,23 +85,21 @@ Result<std::vector<std::string>> ServerFlyer::server_arguments(const Cell& cell)
 
 Status ServerFlyer::ensure_server(const Cell& cell, const std::atomic<bool>& cancel, std::string* why_lost) {
   if (!options_.name.empty()) return {};
-  if (server_ && server_->alive() && server_key(cell) == key_) return {};
+  if (server_ && server_->running() && server_key(cell) == key_) return {};
   set_server(nullptr);
   // Each start has a name of its own, so that nothing of the one before can be taken for its words.
   server_name_ = "race-" + host_name() + "-" + std::to_string(getpid()) + "-" + std::to_string(worker_) + "-" +
                  std::to_string(++starts_);
   const auto arguments = server_arguments(cell);
-  if (!arguments) return Error{arguments.error()};
+  if (!arguments) return arguments.failure();
   std::error_code failure;
   if (!options_.traces.empty()) fs::create_directories(options_.traces, failure);
   // Shards may share the folder, and the machine.
   const fs::path log = options_.logs / ("server-" + host_name() + "-" + std::to_string(getpid()) + "-" +
                                         std::to_string(worker_) + ".log");
-  auto server = ServerProcess::start(*arguments, log, kServerStart, cancel);
+  auto server = start_server(*arguments, log, kServerStart, cancel);
   if (!server) {
-    const bool bad_input = server.error().find("code " + std::to_string(kBadInput) + " ") != std::string::npos ||
-                           server.error().find("code 127 ") != std::string::npos;
-    if (bad_input) return Error{server.error()};
+    if (server.failure().code != ErrorCode::kNotAnswering) return server.failure();
     *why_lost = server.error();
     return {};
   }
@@ -122,7 +120,7 @@ std::vector<trace::Step> ServerFlyer::take_trace(const std::string& vehicle) con
 
 Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& cancel) {
   Flight flight;
-  if (auto status = ensure_server(*trial.cell, cancel, &flight.why); !status) return Error{status.error()};
+  if (auto status = ensure_server(*trial.cell, cancel, &flight.why); !status) return status.failure();
   if (cancel || !flight.why.empty()) {
     flight.end = cancel ? Flight::End::kCancelled : Flight::End::kLost;
     return flight;
@@ -151,8 +149,7 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
       client = std::move(connected).value();
     } else {
       flight.why = connected.error();
-      const bool later = flight.why.starts_with("busy:") || flight.why.starts_with("no planning server");
-      if (!later) return Error{trial.name() + ": " + flight.why};
+      if (!may_pass(connected.failure().code)) return connected.failure().within(trial.name() + ": ");
     }
   }
   if (client) {
@@ -164,7 +161,7 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
     options.answer_timeout = options_.answer_limit;
     options.give_up = options_.answer_limit;
     auto report = simulator::fly(scenario, options, client.get(), cancel);
-    if (!report) return Error{trial.name() + ": " + report.error()};
+    if (!report) return report.failure().within(trial.name() + ": ");
     // A state that was never answered was flown past on the last plan: no flight that could be repeated.
     const bool whole = report->late_ticks == 0 && report->doubtful_ticks == 0 && report->link.reconnects == 0 &&
                        report->outcome != simulator::Outcome::kInterrupted &&
@@ -183,8 +180,8 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
                  std::to_string(report->late_ticks) + " without an answer and answered " +
                  std::to_string(report->doubtful_ticks) + " so late that their frames may be missing";
   }
-  const bool died = lost();
-  if (died) flight.why = "the server ended with code " + std::to_string(server_->code()) + ": " + server_->words();
+  const auto died = server_ ? server_->wait(0ms) : std::nullopt;
+  if (died) flight.why = "the server ended " + text(*died) + ": " + server_->last_line();
   flight.end = cancel && !died ? Flight::End::kCancelled : Flight::End::kLost;
   client.reset();
   set_server(nullptr);  // one that hangs is no better than a dead one

@@ -4,10 +4,11 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "client/race/server_process.h"
-#include "client/race/trial.h"
+#include "client/race/trial_result.h"
 
 namespace gatefield::race {
 
@@ -52,7 +53,7 @@ struct ServerOptions {
 };
 
 /// The folder of a model: as given when it is one, else the shipped one of that name.
-/// Errors: the sentence names both places.
+/// Errors: kUnknownName, the sentence names both places.
 Result<std::filesystem::path> find_model(const std::string& name);
 
 /// Flies through a gatefield-server over DDS in lockstep. One server of its own per worker, in a DDS domain of 10 to
@@ -70,7 +71,7 @@ class ServerFlyer final : public Flyer {
   Result<std::vector<std::string>> server_arguments(const Cell& cell) const;
   Status ensure_server(const Cell& cell, const std::atomic<bool>& cancel, std::string* lost);
   std::vector<trace::Step> take_trace(const std::string& vehicle) const;
-  void set_server(std::shared_ptr<ServerProcess> server);
+  void set_server(std::shared_ptr<ChildProcess> server);
 
   ServerOptions options_;
   int worker_;
@@ -79,7 +80,7 @@ class ServerFlyer final : public Flyer {
   std::string key_;  ///< server_key() of the server that runs
   unsigned starts_ = 0, flights_ = 0;
   std::mutex mutex_;  // guards the pointer
-  std::shared_ptr<ServerProcess> server_;
+  std::shared_ptr<ChildProcess> server_;
 };
 
 }  // namespace gatefield::race

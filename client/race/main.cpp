@@ -1,24 +1,16 @@
 // gatefield-race: flies campaigns of seeded races and reports what share of them was won.
 
-#include <unistd.h>
-
-#include <CLI/CLI.hpp>
-#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <thread>
 
 #include "client/race/campaign_run.h"
-#include "client/race/files.h"
+#include "client/race/options.h"
 #include "client/race/report.h"
-#include "client/race/single_cell.h"
-#include "client/race/trial_log.h"
 #include "common/base/logging.h"
 #include "common/base/progress_line.h"
-#include "common/config/locate.h"
 
 namespace gatefield::race {
 namespace {
@@ -35,68 +27,9 @@ void on_signal(int) {
   if (stop_requested.exchange(true)) std::_Exit(kExitInterrupted);
 }
 
-struct Arguments {
-  std::string campaign, out, shard, seeds, server, server_program, profiles, isa;
-  std::uint32_t domain = 0;
-  int workers = 0, paths = 10, pictures = 3, attempts = 3;
-  std::size_t limit = 0;
-  double trial_limit_s = 900.0;
-  bool allow_mixed = false, dry_run = false, no_report = false;
-  std::vector<std::string> sources;
-  std::string scenario = "circle-0.3m", profile = "race", model = "race";
-  std::vector<double> speeds_m_s{7.0};
-  int laps = 0;
-  Link link;
-};
-
 int complain(const std::string& sentence, int code = kExitBadInput) {
   std::fprintf(stderr, "gatefield-race: %s\n", sentence.c_str());
   return code;
-}
-
-/// The server that was built or installed with this program.
-std::string default_server(const std::string& name) {
-  std::error_code failure;
-  const fs::path beside = fs::read_symlink("/proc/self/exe", failure).parent_path() / name;
-  return fs::exists(beside, failure) ? beside.string() : name;
-}
-
-Result<RunRequest> request_of(const Arguments& a) {
-  RunRequest request;
-  request.folder = a.out;
-  if (!a.shard.empty()) {
-    const auto shard = parse_shard(a.shard);
-    if (!shard) return Error{"--shard: " + shard.error()};
-    request.selection.shard = *shard;
-  }
-  if (!a.seeds.empty()) {
-    const auto seeds = parse_seeds(a.seeds);
-    if (!seeds) return Error{"--seeds: " + seeds.error()};
-    request.selection.seeds = *seeds;
-  }
-  if (a.limit > 0) request.limit = a.limit;
-  request.allow_mixed = a.allow_mixed;
-  request.paths = a.paths;
-  request.pictures = a.pictures;
-  const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
-  request.runner.workers = a.workers > 0 ? a.workers : static_cast<int>(cores);
-  request.runner.attempts = a.attempts;
-  request.runner.trial_limit = std::chrono::seconds(std::lround(a.trial_limit_s));
-  request.server.program = a.server_program.empty() ? default_server("gatefield-server") : a.server_program;
-  request.server.baseline_program = default_server("gatefield-baseline-server");
-  request.server.cells = request.folder / "cells";
-  request.server.traces = request.folder / "traces";
-  request.server.name = a.server;
-  request.server.domain = a.domain;
-  request.server.isa = a.isa;
-  request.server.logs = request.folder / "logs";
-  request.server.profiles = a.profiles;
-  if (a.profiles.empty()) {
-    const auto folder = config::config_folder();
-    if (!folder) return Error{folder.error()};
-    request.server.profiles = *folder / "profiles";
-  }
-  return request;
 }
 
 void print_plan(const Campaign& campaign, const RunRequest& request, const Plan& plan) {
@@ -113,17 +46,6 @@ int report(const fs::path& folder) {
   return kExitDone;
 }
 
-/// The campaign that is named, or the one cell that is asked for.
-Result<Campaign> campaign_of(const Arguments& a) {
-  if (!a.campaign.empty()) {
-    const auto file = config::find_config("campaigns", a.campaign);
-    return file ? load_campaign(*file) : Result<Campaign>(Error{file.error()});
-  }
-  SingleCell asked{a.scenario, a.profile, a.model, a.speeds_m_s, {1, 20}, {}, a.link};
-  if (a.laps > 0) asked.laps = a.laps;
-  return single_cell_campaign(asked);
-}
-
 int run(const Arguments& a) {
   const auto campaign = campaign_of(a);
   if (!campaign) return complain(campaign.error());
@@ -131,6 +53,7 @@ int run(const Arguments& a) {
   if (!request) return complain(request.error());
   const auto plan = plan_run(*campaign, *request);
   if (!plan) return complain(plan.error());
+  for (const std::string& note : campaign->notes) std::fprintf(stderr, "gatefield-race: note: %s\n", note.c_str());
   print_plan(*campaign, *request, *plan);
   if (a.dry_run) {
     for (const Trial& trial : plan->trials) std::printf("%s\n", trial.name().c_str());
@@ -175,101 +98,6 @@ int merge(const Arguments& a) {
   if (!count) return complain(count.error());
   std::printf("%zu trials in %s\n", *count, (fs::path(a.out) / "trials.csv").c_str());
   return a.no_report ? kExitDone : report(a.out);
-}
-
-void declare_run(CLI::App* app, Arguments* a, bool out_required) {
-  auto* out = app->add_option("--out,-o", a->out, "Folder of the results; one that has some already is gone on with")
-                  ->type_name("FOLDER");
-  if (out_required) out->required();
-  app->add_option("--workers,-j", a->workers,
-                  "Trials at a time, each with a core and a server of its own; 0 = one per core")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
-  app->add_option("--shard", a->shard, "Only this part of the trials, e.g. 3/16; parts may share a folder")
-      ->type_name("INDEX/COUNT");
-  app->add_option("--seeds", a->seeds, "These in place of the campaign's, e.g. 1-20; a cell of a single seed keeps it")
-      ->type_name("FIRST-LAST");
-  app->add_option("--limit", a->limit, "At most so many trials in this run; 0 = all")->capture_default_str();
-  app->add_flag("--dry-run", a->dry_run, "Only say which trials would be flown");
-  app->add_flag("--no-report", a->no_report, "No tables and pictures at the end (gatefield-race report makes them)");
-  app->add_option("--paths", a->paths, "Flights of each cell and speed whose path is kept; lost ones always are")
-      ->check(CLI::Range(0, 1'000'000))
-      ->capture_default_str();
-  app->add_option("--pictures", a->pictures, "Lost flights of each cell and speed that are drawn")
-      ->check(CLI::Range(0, 1'000'000))
-      ->capture_default_str();
-  app->add_flag("--allow-mixed", a->allow_mixed,
-                "Go on with results although programs, scenario, profile or model have changed since");
-  app->add_option("--server", a->server, "Name of a server on the network, in place of servers of our own")
-      ->group("Server");
-  app->add_option("--domain", a->domain, "DDS domain of that server")
-      ->check(CLI::Range(0, 232))
-      ->capture_default_str()
-      ->group("Server");
-  app->add_option("--server-program", a->server_program,
-                  "gatefield-server to start (default: the one beside this program)")
-      ->type_name("FILE")
-      ->group("Server");
-  app->add_option("--profiles", a->profiles, "Folder of planner profiles for servers of our own (default: the shipped)")
-      ->type_name("FOLDER")
-      ->group("Server");
-  app->add_option("--isa", a->isa, "Instruction set for servers of our own (default: the best of the machine)")
-      ->group("Server");
-  app->add_option("--attempts", a->attempts, "Attempts at a trial whose server is lost")
-      ->check(CLI::Range(1, 100))
-      ->capture_default_str()
-      ->group("Server");
-  app->add_option("--trial-limit", a->trial_limit_s, "Longest time for an attempt, in seconds of the wall clock")
-      ->check(CLI::Range(1.0, 86400.0))
-      ->capture_default_str()
-      ->group("Server");
-}
-
-void declare(CLI::App* app, Arguments* a) {
-  app->description(
-      "Flies campaigns of seeded races in lockstep, each through a gatefield-server over DDS, and reports what share "
-      "was\n"
-      "won, with 95 % intervals, tables and pictures. Interrupted campaigns go on where they were.\n");
-  app->footer(
-      "\nExamples\n"
-      "  gatefield-race run smoke --out out/smoke                    a small campaign that ships, in half a minute\n"
-      "  gatefield-race run my/campaign.txt --out out/mine           your own (docs/racing.md)\n"
-      "  gatefield-race run paper --shard 3/16 --out out/paper       a sixteenth of the paper's tables\n"
-      "  gatefield-race fly --scenario circle-yaw30 --speed 8 10 --seeds 1-20 --out out/yaw     one scenario, no file\n"
-      "  gatefield-race merge host1/out host2/out --out out/all      results of several machines in one report\n"
-      "\nExit code\n"
-      "  0 all flown   2 bad input   3 no server answers   130 interrupted; the same command goes on\n");
-  app->require_subcommand(1);
-
-  CLI::App* run = app->add_subcommand("run", "Fly a campaign, or what is left of it, and report");
-  run->add_option("campaign", a->campaign, "Campaign: a file, or a short name of a shipped one")->required();
-  declare_run(run, a, true);
-
-  CLI::App* paper = app->add_subcommand("paper", "The same for the campaign that makes the paper's tables and figures");
-  declare_run(paper, a, false);
-
-  CLI::App* fly =
-      app->add_subcommand("fly", "The same for one scenario, without a file; seeds 1-20 unless told otherwise");
-  fly->add_option("--scenario", a->scenario, "Scenario: a file, or a short name of a shipped one")
-      ->capture_default_str();
-  fly->add_option("--speed", a->speeds_m_s, "Soft speed limits in m/s, one or more")->capture_default_str();
-  fly->add_option("--profile", a->profile, "Planner profile of the server")->capture_default_str();
-  fly->add_option("--model", a->model, "Model: a folder, or the name of a shipped one")->capture_default_str();
-  fly->add_option("--laps", a->laps, "Laps in place of the course's; 0 = the course's")->capture_default_str();
-  fly->add_option("--delay-each-way-ms", a->link.each_way_ms, "Delay of the link, there and again back")
-      ->capture_default_str();
-  fly->add_option("--jitter-ms", a->link.jitter_ms, "And up to this much more")->capture_default_str();
-  fly->add_option("--loss", a->link.loss, "Share of messages lost, each way")->capture_default_str();
-  declare_run(fly, a, true);
-
-  CLI::App* merge = app->add_subcommand("merge", "Put the results of several machines into one folder, and report");
-  merge->add_option("source", a->sources, "Folders of results, or trials*.csv files")->required();
-  merge->add_option("--out,-o", a->out, "Folder to put them in")->required()->type_name("FOLDER");
-  merge->add_flag("--allow-mixed", a->allow_mixed, "Also results of different programs, scenarios, profiles or models");
-  merge->add_flag("--no-report", a->no_report, "No tables and pictures");
-
-  CLI::App* report = app->add_subcommand("report", "Make tables and pictures of what was flown");
-  report->add_option("folder", a->out, "Folder of results")->required();
 }
 
 }  // namespace

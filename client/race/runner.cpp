@@ -163,8 +163,8 @@ class Run {
     }
     const bool lost = flight.end != Flight::End::kFlown;
     if (!lost) lost_in_a_row_ = 0;
-    if (lost && ++lost_in_a_row_ >= options_.most_lost_in_a_row)
-      fail(std::to_string(options_.most_lost_in_a_row) +
+    if (lost && ++lost_in_a_row_ >= options_.max_lost_in_a_row)
+      fail(std::to_string(options_.max_lost_in_a_row) +
                " trials in a row found no server that answers; the last one, " + trial.name() + ": " + flight.why,
            true);
     const std::lock_guard lock(mutex_);

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "client/race/flyer.h"
-#include "client/race/trial.h"
 #include "common/base/result.h"
 
 namespace gatefield::race {
@@ -18,7 +17,7 @@ struct RunnerOptions {
   int workers = 1;
   int attempts = 3;                       ///< of a trial whose server is lost
   std::chrono::seconds trial_limit{900};  ///< wall clock, for one attempt
-  int most_lost_in_a_row = 5;             ///< trials that no worker could fly, one after the other: the run ends
+  int max_lost_in_a_row = 5;              ///< trials that no worker could fly, one after the other: the run ends
 };
 
 /// How a run stands, for a progress line.

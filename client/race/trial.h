@@ -1,15 +1,12 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "client/race/campaign.h"
-#include "client/race/cause.h"
-#include "client/simulator/run_log.h"
+#include "common/base/result.h"
 
 namespace gatefield::race {
 
@@ -19,11 +16,14 @@ struct Trial {
   double speed_m_s = 0.0;
   std::uint64_t seed = 1;
 
-  /// What names it among all trials: "<cell> at <speed> m/s, seed <seed>".
+  /// What names it among all trials, see trial_name().
   std::string name() const;
   /// For files: "<cell>-<speed>-<seed>".
   std::string file_name() const;
 };
+
+/// What names a trial: "<cell> at <speed> m/s, seed <seed>".
+std::string trial_name(const std::string& cell, double speed_m_s, std::uint64_t seed);
 
 /// What server a cell needs: one per model, and for the baselines one per cell.
 std::string server_key(const Cell& cell);
@@ -49,80 +49,5 @@ struct Selection {
 /// every cell and speed, then the second, and so on, so that a campaign that is stopped has flown about as many of
 /// each. The shards of a campaign hold every trial exactly once, and each about as many of every cell.
 std::vector<Trial> trials_of(const Campaign& campaign, const Selection& selection = {});
-
-/// Why a race was lost.
-enum class Failure {
-  kNone,          ///< won
-  kTargetGate,    ///< touched the frame of the gate that was next, or of the one just passed
-  kOtherObject,   ///< touched another gate, the floor or an obstacle
-  kLeftCourse,    ///< left the flight volume
-  kPassedBeside,  ///< flew past the gate, outside it
-  kWrongGate,     ///< through another gate than the next, or from behind
-  kTimeout,       ///< ran out of time, or did not get on
-  kLostControl,   ///< the state ran away
-  kLostServer,    ///< no answers, in several attempts
-};
-inline constexpr Failure kFailures[] = {Failure::kTargetGate,   Failure::kOtherObject, Failure::kLeftCourse,
-                                        Failure::kPassedBeside, Failure::kWrongGate,   Failure::kTimeout,
-                                        Failure::kLostControl,  Failure::kLostServer};
-
-/// "won", "target_gate", ...: for tables of programs.
-const char* name(Failure failure) noexcept;
-/// "target gate's frame", ...: for people.
-const char* words(Failure failure) noexcept;
-/// @pre the race is over, and no person ended it
-Failure failure_of(const simulator::Report& report) noexcept;
-
-/// What is kept of a trial: one line of trials.csv.
-struct TrialResult {
-  std::string cell;
-  double speed_m_s = 0.0;  ///< the limit
-  std::uint64_t seed = 1;
-  Failure failure = Failure::kNone;
-  Cause cause = Cause::kNone;
-  double belief_error_m = 0.0;  ///< of the gate's centre before the end of a lost race, see Diagnosis; NaN: none
-  double belief_turn_deg = 0.0;
-  double seen_before_s = 0.0;
-  std::string outcome;  ///< the referee's word
-  int gates_passed = 0, gates_total = 0;
-  double time_s = 0.0;  ///< of the race
-  double top_speed_m_s = 0.0, mean_speed_m_s = 0.0;
-  double clearance_m = 0.0;  ///< smallest distance of the hull to a frame; NaN: never near one
-  int gate = 0;              ///< where it ended: the next gate, from 1
-  int lap = 0;               ///< from 1
-  Eigen::Vector3d end_p_W = Eigen::Vector3d::Zero();
-  std::uint64_t frame = 0;  ///< number of the depth frame that was sent last
-  double round_trip_p50_ms = 0.0, round_trip_p99_ms = 0.0, solve_p50_ms = 0.0;  ///< wall clock
-  std::uint64_t flight = 0;  ///< fingerprint of the path flown: the same flight has the same
-  std::uint64_t setup = 0;   ///< fingerprint of all that decides a flight but cell, speed and seed
-  std::uint64_t model = 0;   ///< hash that the server told
-  std::string profile, isa, host;
-  int attempts = 1;
-  double wall_s = 0.0;
-  std::string sentence;   ///< what happened, for people
-  std::string reproduce;  ///< the command line that flies this trial, to be run in the results' folder
-
-  bool won() const noexcept { return failure == Failure::kNone; }
-};
-
-/// @param report  of a race that is over
-/// @param trace   what the planner believed; empty: not recorded
-TrialResult to_result(const Trial& trial, const simulator::Report& report, const std::vector<trace::Step>& trace = {});
-
-/// The path, bit by bit: state and time of every sample, and the passes.
-std::uint64_t fingerprint(const simulator::Report& report) noexcept;
-
-/// gatefield-sim with all that this trial needs; scenarios are those that save_campaign() leaves.
-std::string reproduce_command(const Trial& trial);
-
-/// The header of trials.csv, without a line end.
-std::string csv_header();
-/// One line, without a line end.
-std::string csv_line(const TrialResult& result);
-/// Errors: says which column is wrong.
-Result<TrialResult> parse_csv_line(const std::string& line);
-
-/// What tells trials apart: the name() of the trial that gave this result.
-std::string trial_name(const TrialResult& result);
 
 }  // namespace gatefield::race

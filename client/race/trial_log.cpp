@@ -9,7 +9,8 @@
 #include <cerrno>
 #include <cstring>
 
-#include "client/race/files.h"
+#include "client/race/trial_table.h"
+#include "common/base/whole_file.h"
 
 namespace gatefield::race {
 namespace {
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 /// Errors of the system, with what we were at.
 Error system_error(const fs::path& file, const std::string& what) {
-  return Error(file.string() + ": " + what + " (" + std::strerror(errno) + ")");
+  return Error{what + " (" + std::strerror(errno) + ")", ErrorCode::kUnreadable}.at(file.string());
 }
 
 }  // namespace
@@ -38,8 +39,8 @@ std::vector<TrialResult> newest(const std::vector<TrialResult>& results) {
 }
 
 Result<std::vector<TrialResult>> read_trial_file(const fs::path& file) {
-  const auto text = get_file(file);
-  if (!text) return Error{text.error()};
+  const auto text = read_file(file);
+  if (!text) return text.failure();
   std::vector<TrialResult> results;
   int number = 0;
   for (std::size_t begin = 0;;) {
@@ -50,11 +51,12 @@ Result<std::vector<TrialResult>> read_trial_file(const fs::path& file) {
     ++number;
     if (number == 1) {
       if (line != csv_header())
-        return Error{file.string() + ":1: is not the header of a table of trials, expected " + csv_header()};
+        return Error{"is not the header of a table of trials, expected " + csv_header(), ErrorCode::kUnreadable}.at(
+            file.string(), 1);
       continue;
     }
     auto result = parse_csv_line(line);
-    if (!result) return Error{file.string() + ":" + std::to_string(number) + ": " + result.error()};
+    if (!result) return result.failure().at(file.string(), number);
     results.push_back(std::move(result).value());
   }
   return results;
@@ -71,7 +73,7 @@ Result<std::vector<TrialResult>> read_trials(const fs::path& folder) {
   std::vector<TrialResult> all;
   for (const fs::path& file : files) {
     const auto results = read_trial_file(file);
-    if (!results) return Error{results.error()};
+    if (!results) return results.failure();
     all.insert(all.end(), results->begin(), results->end());
   }
   return newest(all);
@@ -84,18 +86,21 @@ Result<std::unique_ptr<TrialLog>> TrialLog::open(const fs::path& file) {
   if (descriptor < 0) return system_error(file, "can't be opened, expected a folder that this user may write to");
   std::unique_ptr<TrialLog> log(new TrialLog(file, descriptor));
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-    return Error{file.string() + ": is being written by another gatefield-race, expected one at a time (or --shard)"};
+    return Error{"is being written by another gatefield-race, expected one at a time (or --shard)",
+                 ErrorCode::kUnreadable}
+        .at(file.string());
 
-  const auto text = get_file(file);
-  if (!text) return Error{text.error()};
+  const auto text = read_file(file);
+  if (!text) return text.failure();
   const std::size_t whole = text->rfind('\n') == std::string::npos ? 0 : text->rfind('\n') + 1;
   if (whole < text->size() && ::ftruncate(descriptor, static_cast<off_t>(whole)) != 0)
     return system_error(file, "its unfinished last line can't be cut off");
   if (whole == 0) {
-    if (auto status = log->write(csv_header() + "\n"); !status) return Error{status.error()};
+    if (auto status = log->write(csv_header() + "\n"); !status) return status.failure();
   } else if (!text->starts_with(csv_header() + "\n")) {
-    return Error{file.string() + ":1: is not the header of this program's table of trials, expected a new folder, or " +
-                 csv_header()};
+    return Error{"is not the header of this program's table of trials, expected a new folder, or " + csv_header(),
+                 ErrorCode::kUnreadable}
+        .at(file.string(), 1);
   }
   return log;
 }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "client/race/trial.h"
+#include "client/race/trial_result.h"
 
 namespace gatefield::race {
 

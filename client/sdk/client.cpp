@@ -77,11 +77,12 @@ class DdsClient final : public Client, private dds::ClientHandler {
     while (logic_.phase() == SessionLogic::Phase::kJoining) {
       const Stamp now = wall_now();
       if (now >= deadline) {
-        if (!logic_.reason().empty()) return Error{logic_.reason()};
+        if (!logic_.reason().empty()) return Error{logic_.reason(), ErrorCode::kBusyServer};  // others end the join
         const std::string named = options_.server.empty() ? "" : " of the name '" + options_.server + "'";
         return Error{"no planning server" + named + " answered in DDS domain " + std::to_string(options_.domain) +
-                     " within " + std::to_string(options_.connect_timeout.count()) +
-                     " ms, expected a gatefield-server" + named + " in that domain on this network"};
+                         " within " + std::to_string(options_.connect_timeout.count()) +
+                         " ms, expected a gatefield-server" + named + " in that domain on this network",
+                     ErrorCode::kNoAnswer};
       }
       if (logic_.request_due(now)) {
         const auto due = request(logic_.request());
@@ -365,7 +366,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
 
 Result<std::unique_ptr<Client>> Client::connect(const Options& options) {
   auto client = std::make_unique<DdsClient>(options);
-  if (auto joined = client->join(); !joined) return Error{joined.error()};
+  if (auto joined = client->join(); !joined) return joined.failure();
   return std::unique_ptr<Client>(std::move(client));
 }
 

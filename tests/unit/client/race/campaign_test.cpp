@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "client/race/single_cell.h"
+#include "common/base/whole_file.h"
 #include "common/config/locate.h"
 #include "tests/unit/client/race/fixtures.h"
 
@@ -99,6 +100,47 @@ TEST_P(Refusals, NameFileLineFieldValueAndWhatWasExpected) {
   const std::string said = refusal(GetParam().text);
   EXPECT_THAT(said, HasSubstr("c.txt")) << said;
   EXPECT_THAT(said, HasSubstr(GetParam().says));
+}
+
+TEST(Campaign, RefusalsCarryFileLineAndField) {
+  const Folder folder;
+  const auto file = folder.put("c.txt", R"(cell {
+ name: "a"
+ scenario: "circle" speed_m_s: 6 seeds { first: 1 last: 2 }
+ sensor_noise { scale: -1 } })");
+  const auto campaign = load_campaign(file);
+  ASSERT_FALSE(campaign.ok());
+  EXPECT_EQ(campaign.failure().code, ErrorCode::kInvalid);
+  EXPECT_EQ(campaign.failure().file, std::filesystem::path(file).string());
+  EXPECT_EQ(campaign.failure().line, 4);
+  EXPECT_EQ(campaign.failure().field, "noise.scale");
+}
+
+TEST(Campaign, WhatIsWrongInTheScenariosOwnFilesIsToldWhereTheyAreNamed) {
+  const Folder folder;
+  std::string vehicle = read_file(config::find_config("vehicles", "racer").value()).value();
+  vehicle.replace(vehicle.find("mass_kg: 0.83"), 13, "mass_kg: -1");
+  folder.put("bad.txt", vehicle);
+  const auto campaign = load_campaign(folder.put("c.txt", R"(cell {
+ name: "a" course: "circle" speed_m_s: 6 seeds { first: 1 last: 2 }
+ vehicle: "bad.txt" })"));
+  ASSERT_FALSE(campaign.ok());
+  EXPECT_THAT(campaign.error(), HasSubstr("c.txt:3: cell 'a': "));
+  EXPECT_THAT(campaign.error(), HasSubstr("bad.txt: vehicle.mass_kg is -1"));
+  EXPECT_EQ(campaign.failure().field, "vehicle.mass_kg");
+}
+
+TEST(Campaign, WhatWasTakenOtherwiseThanWrittenIsNotedOnce) {
+  const Folder folder;
+  std::string vehicle = read_file(config::find_config("vehicles", "racer").value()).value();
+  vehicle.replace(vehicle.find("zz: 5.0e-3"), 10, "zz: 6.21e-3");
+  folder.put("mine.txt", vehicle);
+  const auto campaign = load_campaign(folder.put("c.txt", R"(
+    defaults { course: "circle" vehicle: "mine.txt" speed_m_s: 6 seeds { first: 1 last: 2 } }
+    cell { name: "a" } cell { name: "b" })"));
+  ASSERT_TRUE(campaign.ok()) << campaign.error();
+  ASSERT_EQ(campaign->notes.size(), 1u);
+  EXPECT_THAT(campaign->notes[0], HasSubstr("zz is 0.00621, taken as 0.0062"));
 }
 
 const std::string kGood = R"(scenario: "circle" speed_m_s: 6 seeds { first: 1 last: 2 })";

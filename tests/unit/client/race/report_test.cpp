@@ -27,7 +27,7 @@ TEST_F(Reports, AreFilesOfAFolder) {
   const auto files = write_report(folder.path());
   ASSERT_TRUE(files.ok()) << files.error();
   EXPECT_THAT(files->text, HasSubstr("75"));
-  const std::string page = get_file(files->folder / "report.md").value();
+  const std::string page = read_file(files->folder / "report.md").value();
   EXPECT_THAT(page, HasSubstr("12 races."));
   EXPECT_THAT(page, HasSubstr("Failures by kind"));
   EXPECT_THAT(page, HasSubstr("figures/a-flights.png"));
@@ -35,7 +35,7 @@ TEST_F(Reports, AreFilesOfAFolder) {
   for (const char* name : {"table.txt", "table.md", "table.csv", "comparison.csv", "failures.md", "failures-to-fly.txt",
                            "figures/success.csv", "figures/success.gp", "figures/position-failures.csv"})
     EXPECT_TRUE(std::filesystem::exists(files->folder / name)) << name;
-  EXPECT_THAT(*get_file(files->folder / "table.csv"), HasSubstr("first,race,6,4,3,75,"));
+  EXPECT_THAT(*read_file(files->folder / "table.csv"), HasSubstr("first,race,6,4,3,75,"));
 }
 
 TEST_F(Reports, SayWhenTrialsDoNotBelongTogether) {

@@ -91,7 +91,7 @@ TEST_F(Runner, ATrialThatNeverFindsAServerIsHandedOverAsSuchAndTheOthersAreFlown
 }
 
 TEST_F(Runner, WhenNobodyFindsAServerTheRunEnds) {
-  options_.most_lost_in_a_row = 2;
+  options_.max_lost_in_a_row = 2;
   const auto summary = run(flying([](const Trial&, const std::atomic<bool>&) -> Result<Flight> {
     return Flight{Flight::End::kLost, {}, {}, {}, "gone"};
   }));

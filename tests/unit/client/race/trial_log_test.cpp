@@ -37,11 +37,11 @@ TEST_F(Log, GrowsFromRunToRun) {
 
 TEST_F(Log, AnUnfinishedLineIsNotThereAndIsCutOff) {
   fill(1, 2);
-  const std::string whole = get_file(file()).value();
+  const std::string whole = read_file(file()).value();
   std::ofstream(file(), std::ios::app) << "a,6,3,1,won,fini";
   EXPECT_EQ(read_trials(folder_.path())->size(), 2u);
   fill(4, 4);
-  EXPECT_TRUE(get_file(file())->starts_with(whole + "a,6,4,"));
+  EXPECT_TRUE(read_file(file())->starts_with(whole + "a,6,4,"));
   EXPECT_EQ(read_trials(folder_.path())->size(), 3u);
 }
 
@@ -54,7 +54,7 @@ TEST_F(Log, HasOneWriterAtATime) {
 TEST_F(Log, OtherFilesAreLeftAlone) {
   std::ofstream(file()) << "my,table\n1,2\n";
   EXPECT_THAT(TrialLog::open(file()).error(), HasSubstr("trials.csv:1: is not the header"));
-  EXPECT_EQ(*get_file(file()), "my,table\n1,2\n");
+  EXPECT_EQ(*read_file(file()), "my,table\n1,2\n");
   EXPECT_THAT(read_trials(folder_.path()).error(), HasSubstr("trials.csv:1:"));
 }
 

@@ -45,9 +45,10 @@ TEST(SensorNoiseFile, WhatIsWrittenIsRead) {
 TEST(SensorNoiseFile, ErrorsNameFileAndField) {
   const TemporaryFile wrong("disparity_noise_px: 11");
   EXPECT_THAT(load_sensor_noise(wrong.path()).error(), HasSubstr("noise.disparity_noise_px"));
+  EXPECT_EQ(load_sensor_noise(wrong.path()).failure().field, "noise.disparity_noise_px");
   const TemporaryFile unknown("wobble: 1");
   EXPECT_THAT(load_sensor_noise(unknown.path()).error(), HasSubstr("wobble"));
-  EXPECT_FALSE(save_sensor_noise("/nonexistent-folder/noise.txt", {}).ok());
+  EXPECT_FALSE(save_sensor_noise(wrong.path() / "noise.txt", {}).ok());
 }
 
 }  // namespace

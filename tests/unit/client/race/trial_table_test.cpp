@@ -1,0 +1,54 @@
+#include "client/race/trial_table.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/unit/client/race/fixtures.h"
+
+namespace gatefield::race {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(TrialLine, ComesBackAsItWas) {
+  const Campaign campaign = campaign_of(kTwoCells);
+  TrialResult result = result_of({&campaign.cells[1], 7.25, 6});
+  result.sentence = "said \"this\", and that\nin two lines";
+  result.setup = 0xfedcba9876543210ull;
+  result.clearance_m = std::nan("");
+  result.cause = Cause::kPerceptionWrong;
+  result.belief_error_m = 0.375;
+  result.seen_before_s = std::nan("");
+  const auto again = parse_csv_line(csv_line(result));
+  ASSERT_TRUE(again.ok()) << again.error();
+  EXPECT_EQ(csv_line(*again), csv_line(result));
+  EXPECT_EQ(again->sentence, "said \"this\", and that in two lines");
+  EXPECT_EQ(again->failure, Failure::kPassedBeside);
+  EXPECT_EQ(again->cause, Cause::kPerceptionWrong);
+  EXPECT_DOUBLE_EQ(again->belief_error_m, 0.375);
+  EXPECT_TRUE(std::isnan(again->seen_before_s));
+  EXPECT_EQ(again->setup, result.setup);
+  EXPECT_EQ(again->flight, result.flight);
+  EXPECT_TRUE(std::isnan(again->clearance_m));
+  EXPECT_EQ(trial_name(*again), "b at 7.25 m/s, seed 6");
+  const std::string header = csv_header();
+  EXPECT_EQ(std::count(header.begin(), header.end(), ','), 34);
+}
+
+TEST(TrialLine, WhatIsWrongIsNamed) {
+  const Campaign campaign = campaign_of(kTwoCells);
+  const std::string line = csv_line(result_of({&campaign.cells[0], 6, 7}));
+  EXPECT_THAT(parse_csv_line("a,b").error(), HasSubstr("2 columns, expected 35"));
+  std::string bad = line;
+  bad.replace(bad.find(",7,"), 3, ",x,");
+  EXPECT_THAT(parse_csv_line(bad).error(), HasSubstr("seed is 'x'"));
+  EXPECT_EQ(parse_csv_line(bad).failure().field, "seed");
+  bad = line;
+  bad.replace(bad.find(",won,"), 5, ",owned,");
+  EXPECT_THAT(parse_csv_line(bad).error(), HasSubstr("failure is 'owned'"));
+}
+
+}  // namespace
+}  // namespace gatefield::race
