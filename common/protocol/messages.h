@@ -77,9 +77,10 @@ struct SessionReply {
   std::string vehicle;
   std::uint64_t request = 0;  ///< which request this answers
   bool accepted = false;
-  std::string reason;         ///< when refused: the field, its value and what was expected; else empty
-  std::string server;         ///< the answering server's name
-  std::uint64_t session = 0;  ///< goes into every later sample; never 0 when accepted
+  ErrorCode code = ErrorCode::kOther;  ///< when refused: its kind; may_pass() says whether to ask again
+  std::string reason;                  ///< when refused: the field, its value and what was expected; else empty
+  std::string server;                  ///< the answering server's name
+  std::uint64_t session = 0;           ///< goes into every later sample; never 0 when accepted
   double control_period_s = 0.0;
   double plan_step_s = 0.0;
   int plan_steps = 0;
@@ -143,8 +144,8 @@ struct ThrustRateCommand {
   Stamp plan_step{0};
   Stamp validity{0};  ///< after plan_start + validity the client falls back by itself
   int steps = 0;      ///< 1 to kMaxPlanSteps
-  std::array<Eigen::Vector4d, kMaxPlanSteps> thrust_rate_n_s;   ///< du per rotor
-  std::array<Eigen::Vector4d, kMaxPlanSteps> rotor_thrust_n;    ///< commanded thrust at the end of the interval
+  std::array<PlainVector4, kMaxPlanSteps> thrust_rate_n_s;      ///< du per rotor
+  std::array<PlainVector4, kMaxPlanSteps> rotor_thrust_n;       ///< commanded thrust at the end of the interval
   std::array<double, kMaxPlanSteps> collective_thrust_n;        ///< sum of the above
   std::array<Eigen::Vector3d, kMaxPlanSteps> body_rates_rad_s;  ///< predicted w_WB_B at the end of the interval, FLU
   PlannerHealth health;
