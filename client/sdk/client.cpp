@@ -23,6 +23,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kResendState = 20ms;
 constexpr auto kResendDepth = 160ms;
+constexpr Stamp kMaxPeriod = 100ms;  // slower is no control any more
 constexpr auto kMaxRoundTrip = 60s;  // what the wire takes; a longer one is a pause, not a delay
 
 Stamp wall_now() { return MonotonicClock().now(); }
@@ -69,7 +70,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   Status join() {
     if (auto good = protocol::validate(request(logic_.request())); !good) return good;
     auto endpoint = dds::ClientEndpoint::create(options_.domain, options_.vehicle, this);
-    if (!endpoint.ok()) return Error{endpoint.error()};
+    if (!endpoint.ok()) return endpoint.failure();
     endpoint_ = std::move(endpoint).value();
 
     const Stamp deadline = wall_now() + options_.connect_timeout;
@@ -77,12 +78,12 @@ class DdsClient final : public Client, private dds::ClientHandler {
     while (logic_.phase() == SessionLogic::Phase::kJoining) {
       const Stamp now = wall_now();
       if (now >= deadline) {
-        if (!logic_.reason().empty()) return Error{logic_.reason(), ErrorCode::kBusyServer};  // others end the join
+        if (logic_.refusal()) return *logic_.refusal();
         const std::string named = options_.server.empty() ? "" : " of the name '" + options_.server + "'";
-        return Error{"no planning server" + named + " answered in DDS domain " + std::to_string(options_.domain) +
+        return Error("no planning server" + named + " answered in DDS domain " + std::to_string(options_.domain) +
                          " within " + std::to_string(options_.connect_timeout.count()) +
                          " ms, expected a gatefield-server" + named + " in that domain on this network",
-                     ErrorCode::kNoAnswer};
+                     ErrorCode::kNoAnswer);
       }
       if (logic_.request_due(now)) {
         const auto due = request(logic_.request());
@@ -92,7 +93,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
       }
       changed_.wait_for(lock, std::min<Stamp>(deadline - now, 20ms));
     }
-    if (logic_.phase() == SessionLogic::Phase::kFailed) return Error{logic_.reason()};
+    if (logic_.phase() == SessionLogic::Phase::kFailed) return *logic_.refusal();
     return {};
   }
 
@@ -194,12 +195,12 @@ class DdsClient final : public Client, private dds::ClientHandler {
     return command_;
   }
 
-  Setpoint play(Stamp now, const QuadrotorState& state) override {
+  Setpoint play(Stamp now, const QuadrotorState& state, std::chrono::nanoseconds period) override {
     if (const protocol::ThrustRateCommand* command = play_box_.read()) {
       player_.take(*command);
       played_after_.store(std::clamp<Stamp>(now - command->answers_stamp, Stamp{0}, kMaxRoundTrip).count());
     }
-    if (const auto setpoint = player_.at(now)) {
+    if (const auto setpoint = player_.at(now, std::clamp<Stamp>(period, Stamp{0}, kMaxPeriod))) {
       fallback_.reset();
       return *setpoint;
     }
@@ -333,7 +334,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   bool command_valid_ = false;
   bool command_fresh_ = false;
   std::optional<protocol::Telemetry> telemetry_;
-  std::array<Sent, 1024> sent_{};  // when each state went out, by its number
+  std::array<Sent, 1024> sent_{};  // when each state went out, by its sequence
   std::uint64_t last_answered_ = 0;
   Stamp newest_round_trip_{0};  // by the wall clock; in lockstep played_after_ is told instead
   std::uint32_t heard_waypoint_ = 0;
@@ -364,7 +365,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
 
 }  // namespace
 
-Result<std::unique_ptr<Client>> Client::connect(const Options& options) {
+Result<std::unique_ptr<Client>> connect_if_layouts_agree(const Options& options, ClientLayout) {
   auto client = std::make_unique<DdsClient>(options);
   if (auto joined = client->join(); !joined) return joined.failure();
   return std::unique_ptr<Client>(std::move(client));

@@ -20,28 +20,30 @@ void PlanPlayer::take(const protocol::ThrustRateCommand& command) noexcept {
   }
 }
 
-std::optional<Setpoint> PlanPlayer::at(Stamp now) const noexcept {
+std::optional<Setpoint> PlanPlayer::at(Stamp now, Stamp period) const noexcept {
   for (std::size_t age = 0; age < plans_.size(); ++age) {
     const Plan& plan = plans_[(newest_ + plans_.size() - age) % plans_.size()];
     if (plan.steps == 0 || now < plan.start) continue;
     if (now >= plan.end) return std::nullopt;
-    return point(plan, now);
+    return point(plan, now, period);
   }
   const Plan& newest = plans_[newest_];
   if (newest.steps > 0 && newest.end > newest.start && now >= newest.start - newest.step)
-    return point(newest, newest.start);
+    return point(newest, newest.start, period);
   return std::nullopt;
 }
 
-Setpoint PlanPlayer::point(const Plan& plan, Stamp now) noexcept {
-  const auto elapsed = now - plan.start;
-  const auto interval = std::clamp<std::int64_t>(elapsed / plan.step, 0, plan.steps - 1);
-  const auto k = static_cast<std::size_t>(interval);
-  const double remaining_s = seconds(plan.step * (interval + 1) - elapsed);
-
+Setpoint PlanPlayer::point(const Plan& plan, Stamp now, Stamp period) noexcept {
+  const auto interval = [&plan](Stamp elapsed) {
+    return std::clamp<std::int64_t>(elapsed / plan.step, 0, plan.steps - 1);
+  };
   Setpoint setpoint;
   setpoint.source = Setpoint::Source::kPlan;
-  setpoint.thrust_rate_n_s = plan.thrust_rate_n_s[k];
+  setpoint.thrust_rate_n_s = plan.thrust_rate_n_s[static_cast<std::size_t>(interval(now - plan.start))];
+
+  const Stamp elapsed = std::min<Stamp>(now + period - plan.start, plan.steps * plan.step);
+  const auto k = static_cast<std::size_t>(interval(elapsed));
+  const double remaining_s = seconds(plan.step * (interval(elapsed) + 1) - elapsed);
   if (k == 0) {
     setpoint.rotor_thrust_n = plan.rotor_thrust_n[0] - remaining_s * plan.thrust_rate_n_s[0];
     setpoint.body_rates_rad_s = plan.body_rates_rad_s[0];

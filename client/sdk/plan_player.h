@@ -14,7 +14,7 @@ namespace gatefield::sdk {
 /// takes its place. When none has begun, the newest begins at once, but no more than one step early.
 ///
 /// Within an interval, thrusts and body rates go linearly from the value at the end of the interval before to the value
-/// at its own end; in the first interval, thrusts come to its end along the thrust rate.
+/// at its own end; in the first interval, thrusts come to its end along the thrust rate. After the last one they stay.
 ///
 /// Thread-safe: no.   Real-time safe: yes.
 class PlanPlayer {
@@ -22,8 +22,10 @@ class PlanPlayer {
   /// @pre command passed protocol::validate
   void take(const protocol::ThrustRateCommand& command) noexcept;
 
-  /// What the plan says for `now`; empty when no plan covers it.
-  std::optional<Setpoint> at(Stamp now) const noexcept;
+  /// What the plan that covers `now` says: its thrust rate then, its thrusts and body rates `period` later. Empty when
+  /// none covers it.
+  /// @pre period >= 0
+  std::optional<Setpoint> at(Stamp now, Stamp period) const noexcept;
 
  private:
   struct Plan {
@@ -35,7 +37,7 @@ class PlanPlayer {
     std::array<Eigen::Vector4d, protocol::kMaxPlanSteps> rotor_thrust_n;
     std::array<Eigen::Vector3d, protocol::kMaxPlanSteps> body_rates_rad_s;
   };
-  static Setpoint point(const Plan& plan, Stamp now) noexcept;
+  static Setpoint point(const Plan& plan, Stamp now, Stamp period) noexcept;
 
   // Plans begin in the future when the server makes up for the delay, so a few are in hand at a time.
   std::array<Plan, 4> plans_;

@@ -25,17 +25,17 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, Stamp now) {
   }
 
   if (phase_ == Phase::kJoining) {
-    reason_ = reply.reason;
-    if (reply.reason.starts_with("busy:")) {
+    refusal_ = Error(reply.reason, reply.code);
+    if (may_pass(reply.code)) {
       ++request_;
       if (request_ == 0) request_ = 1;
-      next_request_ = now + kBusyPause;
+      next_request_ = now + kRefusedPause;
     } else {
       phase_ = Phase::kFailed;
     }
   } else if (ours) {
     phase_ = Phase::kEnded;
-    reason_ = reply.reason;
+    refusal_ = Error(reply.reason, reply.code);
     if (spare_) {
       adopt(*spare_);
       return true;
@@ -70,7 +70,7 @@ void SessionLogic::adopt(const protocol::SessionReply& reply) {
   phase_ = Phase::kJoined;
   session_ = reply;
   spare_.reset();
-  reason_.clear();
+  refusal_.reset();
   last_command_ = 0;
   unanswered_since_.reset();
 }

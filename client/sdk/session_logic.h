@@ -1,8 +1,8 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
+#include "common/base/result.h"
 #include "common/protocol/messages.h"
 
 namespace gatefield::sdk {
@@ -11,7 +11,7 @@ namespace gatefield::sdk {
 /// about it.
 ///
 /// joining --accepted--> joined --refused by our server--> ended --accepted--> joined
-///    |--busy--> joining, with a new request number after a pause
+///    |--refused, may_pass(code)--> joining, with a new request number after a pause
 ///    '--refused--> failed
 ///
 /// While joined, an acceptance of the same request with another session number comes
@@ -25,7 +25,7 @@ namespace gatefield::sdk {
 class SessionLogic {
  public:
   static constexpr std::chrono::milliseconds kRetry{500};
-  static constexpr std::chrono::milliseconds kBusyPause{250};
+  static constexpr std::chrono::milliseconds kRefusedPause{250};
   static constexpr std::chrono::milliseconds kSilence{1000};
 
   enum class Phase { kJoining, kJoined, kEnded, kFailed };
@@ -36,8 +36,8 @@ class SessionLogic {
   Phase phase() const noexcept { return phase_; }
   /// The number that the next request must carry.
   std::uint64_t request() const noexcept { return request_; }
-  /// Why joining failed, or the newest "busy:" while it has not.
-  const std::string& reason() const noexcept { return reason_; }
+  /// Why joining failed, or the newest refusal that may pass while it has not; empty: no refusal since joining began.
+  const std::optional<Error>& refusal() const noexcept { return refusal_; }
   /// The session in use. @pre joined once
   const protocol::SessionReply& session() const noexcept { return session_; }
   /// Sessions adopted after the first.
@@ -63,7 +63,7 @@ class SessionLogic {
 
   Phase phase_ = Phase::kJoining;
   std::uint64_t request_;
-  std::string reason_;
+  std::optional<Error> refusal_;
   protocol::SessionReply session_;
   std::optional<protocol::SessionReply> spare_;
   std::uint64_t reconnects_ = 0;

@@ -153,7 +153,7 @@ class Race {
 
   /// One millisecond of the vehicle under the plan, seen by the referee and the log.
   void advance(Stamp now, Stamp race_time, const QuadrotorState& estimate) {
-    const sdk::Setpoint setpoint = client_.play(now, estimate);
+    const sdk::Setpoint setpoint = client_.play(now, estimate, Plant::kStep);
     if (setpoint.source == sdk::Setpoint::Source::kFallback) report_.fallback_s += seconds(Plant::kStep);
     if (race_time % kSamplePeriod == Stamp{0}) record(race_time, setpoint);
     plant_->step(setpoint.thrust_rate_n_s);

@@ -25,12 +25,12 @@ int to_int(std::uint32_t value) {
 }
 std::uint32_t to_unsigned(int value) { return value < 0 ? 0u : static_cast<std::uint32_t>(value); }
 
-template <typename Scalar, std::size_t N>
-void put(const Eigen::Matrix<double, static_cast<int>(N), 1>& v, std::array<Scalar, N>* out) {
+template <typename Scalar, std::size_t N, int kOptions>
+void put(const Eigen::Matrix<double, static_cast<int>(N), 1, kOptions>& v, std::array<Scalar, N>* out) {
   for (std::size_t i = 0; i < N; ++i) (*out)[i] = static_cast<Scalar>(v[static_cast<Eigen::Index>(i)]);
 }
-template <typename Scalar, std::size_t N>
-void get(const std::array<Scalar, N>& in, Eigen::Matrix<double, static_cast<int>(N), 1>* v) {
+template <typename Scalar, std::size_t N, int kOptions>
+void get(const std::array<Scalar, N>& in, Eigen::Matrix<double, static_cast<int>(N), 1, kOptions>* v) {
   for (std::size_t i = 0; i < N; ++i) (*v)[static_cast<Eigen::Index>(i)] = in[i];
 }
 
@@ -249,6 +249,8 @@ Status from_wire(const wire::SessionReply& in, protocol::SessionReply* out) {
   out->request = in.request();
   out->accepted = in.accepted();
   out->reason = in.reason().c_str();
+  // Version 1 of the wire says it by the sentence's first word.
+  out->code = !out->accepted && out->reason.starts_with("busy:") ? ErrorCode::kBusyServer : ErrorCode::kOther;
   out->server = in.server().c_str();
   out->session = in.session();
   out->control_period_s = in.control_period_s();

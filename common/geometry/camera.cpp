@@ -17,12 +17,12 @@ bool CameraModel::sees(const Eigen::Vector3d& p_C, double margin_px) const noexc
   return u >= margin_px && u < width_px - margin_px && v >= margin_px && v < height_px - margin_px;
 }
 
-Eigen::Isometry3d forward_camera_mount(double pitch_up_rad, const Eigen::Vector3d& p_BC) {
+PlainIsometry forward_camera_mount(double pitch_up_rad, const Eigen::Vector3d& p_BC) {
   Eigen::Matrix3d R_BC0;  // optical axes in the body frame for a camera that looks straight ahead
   R_BC0 << 0, 0, 1,       //
       -1, 0, 0,           //
       0, -1, 0;
-  Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();
+  PlainIsometry X_BC = PlainIsometry::Identity();
   X_BC.linear() = Eigen::AngleAxisd(-pitch_up_rad, Eigen::Vector3d::UnitY()).toRotationMatrix() * R_BC0;
   X_BC.translation() = p_BC;
   return X_BC;

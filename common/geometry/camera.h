@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "common/base/plain.h"
 #include "common/base/result.h"
 
 namespace gatefield {
@@ -20,7 +21,7 @@ struct CameraModel {
   double min_depth_m = 0.3;   ///< nearer returns are invalid
   double max_depth_m = 10.0;  ///< farther returns are invalid
   double rate_hz = 60.0;
-  Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();  ///< mounting: camera in the body frame
+  PlainIsometry X_BC = PlainIsometry::Identity();  ///< mounting: camera in the body frame
   double metres_per_count = 1e-3;                          ///< of 16-bit images: depth of one count
   enum class Distortion : std::uint8_t { kNone = 0, kBrownConrady = 1 };
   Distortion distortion_model = Distortion::kNone;
@@ -38,7 +39,7 @@ struct CameraModel {
 };
 
 /// Mounting of a camera that looks along the body's x axis, turned up by `pitch_up_rad`, at `p_BC` in the body frame.
-Eigen::Isometry3d forward_camera_mount(double pitch_up_rad, const Eigen::Vector3d& p_BC = Eigen::Vector3d::Zero());
+PlainIsometry forward_camera_mount(double pitch_up_rad, const Eigen::Vector3d& p_BC = Eigen::Vector3d::Zero());
 
 /// Pinhole model from full fields of view.
 CameraModel camera_from_fov(int width_px, int height_px, double horizontal_rad, double vertical_rad);

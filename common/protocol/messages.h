@@ -55,7 +55,7 @@ struct SessionReply {
   std::uint64_t request = 0;  ///< which request this answers
   bool accepted = false;
   std::string reason;                  ///< when refused: the field, its value and what was expected; else empty
-  ErrorCode code = ErrorCode::kOther;  ///< when refused: its kind
+  ErrorCode code = ErrorCode::kOther;  ///< when refused: its kind; may_pass() says whether to ask again
   std::string field;                   ///< when refused: path of the field that was wrong; empty: no field's fault
   std::string value;                   ///< its value as text
   std::string expected;                ///< what would have been right
@@ -125,8 +125,8 @@ struct ThrustRateCommand {
   Stamp plan_step{0};
   Stamp validity{0};  ///< after plan_start + validity the client falls back by itself
   int steps = 0;      ///< 1 to kMaxPlanSteps
-  std::array<Eigen::Vector4d, kMaxPlanSteps> thrust_rate_n_s;   ///< du per rotor
-  std::array<Eigen::Vector4d, kMaxPlanSteps> rotor_thrust_n;    ///< commanded thrust at the end of the interval
+  std::array<PlainVector4, kMaxPlanSteps> thrust_rate_n_s;      ///< du per rotor
+  std::array<PlainVector4, kMaxPlanSteps> rotor_thrust_n;       ///< commanded thrust at the end of the interval
   std::array<double, kMaxPlanSteps> collective_thrust_n;        ///< sum of the above
   std::array<Eigen::Vector3d, kMaxPlanSteps> body_rates_rad_s;  ///< predicted w_WB_B at the end of the interval, FLU
   PlannerHealth health;

@@ -191,11 +191,11 @@ std::optional<std::string> mend_inertia(QuadrotorModel* model) {
   return std::nullopt;
 }
 
-Eigen::Vector4d hover_thrust_n(const QuadrotorModel& model) {
-  return Eigen::Vector4d::Constant(model.mass_kg * kGravity_m_s2 / kRotors);
+PlainVector4 hover_thrust_n(const QuadrotorModel& model) {
+  return PlainVector4::Constant(model.mass_kg * kGravity_m_s2 / kRotors);
 }
 
-Eigen::Vector3d rotor_torque_B(const QuadrotorModel& model, const Eigen::Vector4d& thrust_n) {
+Eigen::Vector3d rotor_torque_B(const QuadrotorModel& model, const PlainVector4& thrust_n) {
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < kRotors; ++i) {
     const double T = thrust_n[static_cast<Eigen::Index>(i)];

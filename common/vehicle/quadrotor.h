@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "common/base/plain.h"
 #include "common/base/result.h"
 
 namespace gatefield {
@@ -18,9 +19,8 @@ inline constexpr double kGravity_m_s2 = 9.81;
 struct QuadrotorModel {
   double mass_kg = 0.83;
   Eigen::Vector3d inertia_kg_m2{3.1e-3, 3.1e-3, 5.0e-3};  ///< principal moments
-  std::array<Eigen::Vector2d, kRotors> rotor_position_B_m{
-      Eigen::Vector2d{0.0771, -0.0771}, Eigen::Vector2d{-0.0771, 0.0771}, Eigen::Vector2d{0.0771, 0.0771},
-      Eigen::Vector2d{-0.0771, -0.0771}};
+  std::array<PlainVector2, kRotors> rotor_position_B_m{PlainVector2{0.0771, -0.0771}, PlainVector2{-0.0771, 0.0771},
+                                                       PlainVector2{0.0771, 0.0771}, PlainVector2{-0.0771, -0.0771}};
   std::array<int, kRotors> rotor_spin{1, 1, -1, -1};  ///< sign of the rotor's reaction torque about +z
   double torque_per_thrust_m = 0.016;
   double thrust_min_n = 0.0;  ///< per rotor
@@ -37,13 +37,13 @@ struct QuadrotorModel {
 struct QuadrotorState {
   Eigen::Vector3d p_WB = Eigen::Vector3d::Zero();
   Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d w_WB_B = Eigen::Vector3d::Zero();            ///< body rates, rad/s
-  Eigen::Vector4d thrust_n = Eigen::Vector4d::Zero();          ///< what each rotor gives now
-  Eigen::Vector4d thrust_command_n = Eigen::Vector4d::Zero();  ///< what each rotor is asked for: the integral of u
+  PlainQuaternion q_WB = PlainQuaternion::Identity();
+  Eigen::Vector3d w_WB_B = Eigen::Vector3d::Zero();      ///< body rates, rad/s
+  PlainVector4 thrust_n = PlainVector4::Zero();          ///< what each rotor gives now
+  PlainVector4 thrust_command_n = PlainVector4::Zero();  ///< what each rotor is asked for: the integral of u
 };
 
-using ThrustRates = Eigen::Vector4d;  ///< control input u = dT_command/dt per rotor, N/s
+using ThrustRates = PlainVector4;  ///< control input u = dT_command/dt per rotor, N/s
 
 /// The longest step that a planner integrates over (Profile::step_s ends there).
 inline constexpr double kLongestStep_s = 0.2;
@@ -75,10 +75,10 @@ std::optional<std::string> mend_inertia(QuadrotorModel* model);
 inline constexpr double kRoundedInertia = 0.02;
 
 /// Rotor thrusts that hold the vehicle still: m g / 4 each.
-Eigen::Vector4d hover_thrust_n(const QuadrotorModel& model);
+PlainVector4 hover_thrust_n(const QuadrotorModel& model);
 
 /// Torque about the centre of mass in B for the given rotor thrusts, N m.
-Eigen::Vector3d rotor_torque_B(const QuadrotorModel& model, const Eigen::Vector4d& thrust_n);
+Eigen::Vector3d rotor_torque_B(const QuadrotorModel& model, const PlainVector4& thrust_n);
 
 /// Force (W, without gravity) and torque (B, without the gyroscopic term) that rotors and drag put on the body.
 struct Wrench {

@@ -101,7 +101,7 @@ std::optional<protocol::ThrustRateCommand> PathFollower::wait_for_answer(std::ui
   return command();
 }
 
-sdk::Setpoint PathFollower::play(Stamp, const QuadrotorState& state) {
+sdk::Setpoint PathFollower::play(Stamp, const QuadrotorState& state, std::chrono::nanoseconds) {
   Eigen::Vector3d p_ref = state.p_WB, v_ref = Eigen::Vector3d::Zero(), a_ref = Eigen::Vector3d::Zero();
   Eigen::Vector3d ahead_W = state.q_WB * Eigen::Vector3d::UnitX();
   if (options_.stand_still) {

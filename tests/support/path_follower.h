@@ -30,7 +30,7 @@ class PathFollower final : public sdk::Client {
   std::optional<protocol::ThrustRateCommand> newest() override;
   std::optional<protocol::ThrustRateCommand> wait_for_answer(std::uint64_t state_sequence,
                                                              std::chrono::milliseconds timeout) override;
-  sdk::Setpoint play(Stamp now, const QuadrotorState& state) override;
+  sdk::Setpoint play(Stamp now, const QuadrotorState& state, std::chrono::nanoseconds period) override;
   sdk::LinkStatistics statistics() const override;
   std::optional<protocol::Telemetry> telemetry() override { return std::nullopt; }
 

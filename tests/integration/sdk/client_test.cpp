@@ -47,6 +47,7 @@ TEST(Connect, SaysWhenNobodyAnswers) {
   const auto client = Client::connect(options(300ms));
   ASSERT_FALSE(client.ok());
   EXPECT_NE(client.error().find("no planning server answered"), std::string::npos) << client.error();
+  EXPECT_EQ(client.failure().code, ErrorCode::kNoAnswer);
 }
 
 TEST(Connect, ABadVehicleNeverLeavesTheHouse) {
@@ -82,6 +83,7 @@ TEST(Connect, BusyIsTriedAgainUntilItPasses) {
         if (++attempts < 3) {
           reply.accepted = false;
           reply.session = 0;
+          reply.code = ErrorCode::kBusyName;
           reply.reason = "busy: drone is flown by another client";
         }
         return std::optional(reply);
@@ -98,6 +100,7 @@ TEST(Connect, BusyForTooLongIsTheError) {
         auto reply = test::good_reply(request.vehicle, request.request);
         reply.accepted = false;
         reply.session = 0;
+        reply.code = ErrorCode::kBusyName;
         reply.reason = "busy: drone is flown by another client";
         return std::optional(reply);
       },
@@ -105,6 +108,7 @@ TEST(Connect, BusyForTooLongIsTheError) {
   const auto client = Client::connect(options(1500ms));
   ASSERT_FALSE(client.ok());
   EXPECT_EQ(client.error(), "busy: drone is flown by another client");
+  EXPECT_TRUE(may_pass(client.failure().code));
 }
 
 TEST(Connect, AsksAgainWhenTheServerMissedIt) {
@@ -145,7 +149,7 @@ TEST(Fly, StateDepthCommandTelemetryAndStatistics) {
 
   // What it heard and measured goes into the next state; in lockstep, the time by its own clock until the plan was
   // used.
-  client->play(1030ms, test::good_state().state);
+  client->play(1030ms, test::good_state().state, 1ms);
   const std::size_t before = server.states.size();
   client->send_state(2s, test::good_state().state);
   ASSERT_TRUE(server.wait([&] { return server.states.size() > before && server.states.back().sequence == 2; }));
@@ -199,14 +203,14 @@ TEST(Fly, PlaysThePlanThenFallsBack) {
   ScriptedServer server("planner-1", accept_as(50), answer);
   auto client = must_connect();
   const QuadrotorState state = test::good_state().state;
-  EXPECT_EQ(client->play(1s, state).source, Setpoint::Source::kFallback) << "no plan yet";
+  EXPECT_EQ(client->play(1s, state, 1ms).source, Setpoint::Source::kFallback) << "no plan yet";
   const auto command = client->wait_for_answer(client->send_state(1s, state), 2s);
   ASSERT_TRUE(command.has_value());
-  const Setpoint now = client->play(1s + 31ms, state);
+  const Setpoint now = client->play(1s + 31ms, state, 1ms);
   EXPECT_EQ(now.source, Setpoint::Source::kPlan);
   EXPECT_EQ(now.thrust_rate_n_s, command->thrust_rate_n_s[1]);
-  EXPECT_EQ(client->play(1s + 599ms, state).source, Setpoint::Source::kPlan);
-  EXPECT_EQ(client->play(1s + 600ms, state).source, Setpoint::Source::kFallback);
+  EXPECT_EQ(client->play(1s + 599ms, state, 1ms).source, Setpoint::Source::kPlan);
+  EXPECT_EQ(client->play(1s + 600ms, state, 1ms).source, Setpoint::Source::kFallback);
 }
 
 TEST(Fly, CommandsOfAnotherSessionAreDropped) {
@@ -219,7 +223,7 @@ TEST(Fly, CommandsOfAnotherSessionAreDropped) {
   EXPECT_FALSE(client->wait_for_answer(client->send_state(1s, test::good_state().state), 300ms).has_value());
   EXPECT_GT(client->statistics().rejected, 0u);
   EXPECT_EQ(client->statistics().commands, 0u);
-  EXPECT_EQ(client->play(1s, test::good_state().state).source, Setpoint::Source::kFallback);
+  EXPECT_EQ(client->play(1s, test::good_state().state, 1ms).source, Setpoint::Source::kFallback);
 }
 
 TEST(Restart, AServerThatComesBackIsJoinedWithoutACall) {

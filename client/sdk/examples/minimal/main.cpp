@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
   std::printf("a plan of %d steps of %.0f ms\n", command->steps, 1e3 * seconds(command->plan_step));
 
   for (int tick = 0; tick < 10; ++tick) {  // what to give the motors, 100 times a second
-    const sdk::Setpoint now = client.play(clock.now(), state);
+    const sdk::Setpoint now = client.play(clock.now(), state, std::chrono::milliseconds(10));
     std::printf("%s %.2f N\n", now.source == sdk::Setpoint::Source::kPlan ? "plan" : "fallback",
                 now.collective_thrust_n);
     std::this_thread::sleep_for(std::chrono::milliseconds(10));

@@ -32,11 +32,11 @@ protocol::ThrustRateCommand plan(Stamp start, int steps = 4, Stamp step = 10ms, 
 }
 
 double rate_at(const PlanPlayer& player, Stamp now) {
-  const auto setpoint = player.at(now);
+  const auto setpoint = player.at(now, 0ms);
   return setpoint ? setpoint->thrust_rate_n_s[0] : -1.0;
 }
 
-TEST(PlanPlayer, SaysNothingWithoutAPlan) { EXPECT_FALSE(PlanPlayer().at(1s).has_value()); }
+TEST(PlanPlayer, SaysNothingWithoutAPlan) { EXPECT_FALSE(PlanPlayer().at(1s, 0ms).has_value()); }
 
 TEST(PlanPlayer, PlaysTheIntervalThatHoldsNow) {
   PlanPlayer player;
@@ -45,28 +45,59 @@ TEST(PlanPlayer, PlaysTheIntervalThatHoldsNow) {
   EXPECT_EQ(rate_at(player, 110ms - 1ns), 1);
   EXPECT_EQ(rate_at(player, 110ms), 2);
   EXPECT_EQ(rate_at(player, 139ms), 4);
-  EXPECT_EQ(player.at(100ms)->source, Setpoint::Source::kPlan);
+  EXPECT_EQ(player.at(100ms, 0ms)->source, Setpoint::Source::kPlan);
 }
 
 TEST(PlanPlayer, EndsWithTheLastStepOrTheValidityWhicheverComesFirst) {
   PlanPlayer player;
   player.take(plan(100ms));
-  EXPECT_TRUE(player.at(140ms - 1ns).has_value());
-  EXPECT_FALSE(player.at(140ms).has_value());
+  EXPECT_TRUE(player.at(140ms - 1ns, 0ms).has_value());
+  EXPECT_FALSE(player.at(140ms, 0ms).has_value());
   player.take(plan(200ms, 4, 10ms, 25ms));
-  EXPECT_TRUE(player.at(225ms - 1ns).has_value());
-  EXPECT_FALSE(player.at(225ms).has_value());
+  EXPECT_TRUE(player.at(225ms - 1ns, 0ms).has_value());
+  EXPECT_FALSE(player.at(225ms, 0ms).has_value());
 }
 
 TEST(PlanPlayer, ThrustsFollowTheirRatesWithinAnInterval) {
   PlanPlayer player;
   player.take(plan(100ms));
-  EXPECT_NEAR(player.at(100ms)->rotor_thrust_n[2], 2.0, 1e-12);
-  EXPECT_NEAR(player.at(105ms)->rotor_thrust_n[2], 2.0 + 0.005, 1e-12);
-  EXPECT_NEAR(player.at(110ms)->rotor_thrust_n[2], 2.0 + 0.010, 1e-12);
-  EXPECT_NEAR(player.at(115ms)->rotor_thrust_n[2], 2.0 + 0.010 + 0.010, 1e-12);
-  EXPECT_NEAR(player.at(115ms)->collective_thrust_n, 4 * 2.020, 1e-12);
-  EXPECT_NEAR(player.at(115ms)->body_rates_rad_s.x(), 0.15, 1e-12);
+  EXPECT_NEAR(player.at(100ms, 0ms)->rotor_thrust_n[2], 2.0, 1e-12);
+  EXPECT_NEAR(player.at(105ms, 0ms)->rotor_thrust_n[2], 2.0 + 0.005, 1e-12);
+  EXPECT_NEAR(player.at(110ms, 0ms)->rotor_thrust_n[2], 2.0 + 0.010, 1e-12);
+  EXPECT_NEAR(player.at(115ms, 0ms)->rotor_thrust_n[2], 2.0 + 0.010 + 0.010, 1e-12);
+  EXPECT_NEAR(player.at(115ms, 0ms)->collective_thrust_n, 4 * 2.020, 1e-12);
+  EXPECT_NEAR(player.at(115ms, 0ms)->body_rates_rad_s.x(), 0.15, 1e-12);
+}
+
+TEST(PlanPlayer, ThrustsAndBodyRatesAreThoseAtTheEndOfThePeriod) {
+  PlanPlayer player;
+  player.take(plan(100ms));
+  for (const Stamp now : {100ms, 107ms, 112ms}) {
+    const auto held = player.at(now, 12ms);
+    EXPECT_EQ(held->rotor_thrust_n, player.at(now + 12ms, 0ms)->rotor_thrust_n);
+    EXPECT_EQ(held->collective_thrust_n, player.at(now + 12ms, 0ms)->collective_thrust_n);
+    EXPECT_EQ(held->body_rates_rad_s, player.at(now + 12ms, 0ms)->body_rates_rad_s);
+    EXPECT_EQ(held->thrust_rate_n_s, player.at(now, 0ms)->thrust_rate_n_s) << "the rate is the one that holds now";
+  }
+}
+
+TEST(PlanPlayer, APeriodThatGoesBeyondThePlanEndsWithItsLastValues) {
+  PlanPlayer player;
+  player.take(plan(100ms));
+  const auto last = player.at(135ms, 20ms);
+  ASSERT_TRUE(last.has_value());
+  EXPECT_NEAR(last->rotor_thrust_n[0], plan(100ms).rotor_thrust_n[3][0], 1e-12);
+}
+
+// Lockstep: every turn a new plan that starts from what the rotors were asked for last.
+TEST(PlanPlayer, HeldThrustsThatGoBackIntoTheNextPlanIntegrateIt) {
+  PlanPlayer player;
+  double asked_n = 2.0;
+  for (Stamp now{0}; now < 100ms; now += 5ms) {
+    player.take(plan(now, 4, 10ms, 1s, asked_n));  // begins at 1 N/s
+    asked_n = player.at(now, 5ms)->rotor_thrust_n[0];
+  }
+  EXPECT_NEAR(asked_n, 2.0 + 0.1, 1e-12);
 }
 
 TEST(PlanPlayer, AThrustAtItsLimitStaysThere) {
@@ -76,7 +107,7 @@ TEST(PlanPlayer, AThrustAtItsLimitStaysThere) {
   command.rotor_thrust_n[1].setConstant(10.0);  // the rate says on, the limit says no
   command.thrust_rate_n_s[1].setConstant(30.0);
   player.take(command);
-  EXPECT_EQ(player.at(120ms)->rotor_thrust_n[0], 10.0);
+  EXPECT_EQ(player.at(120ms, 0ms)->rotor_thrust_n[0], 10.0);
 }
 
 TEST(PlanPlayer, AnOlderPlanGoesOnUntilTheNewerOneBegins) {
@@ -100,8 +131,8 @@ TEST(PlanPlayer, AnOlderPlanDoesNotComeBackWhenTheNewerOneIsOver) {
   PlanPlayer player;
   player.take(plan(100ms, 40));
   player.take(plan(150ms, 2));
-  EXPECT_TRUE(player.at(169ms).has_value());
-  EXPECT_FALSE(player.at(171ms).has_value());
+  EXPECT_TRUE(player.at(169ms, 0ms).has_value());
+  EXPECT_FALSE(player.at(171ms, 0ms).has_value());
 }
 
 TEST(PlanPlayer, APlanThatBeginsEarlierReplacesWhatWasToComeLater) {
@@ -114,9 +145,9 @@ TEST(PlanPlayer, APlanThatBeginsEarlierReplacesWhatWasToComeLater) {
 TEST(PlanPlayer, TheFirstPlanBeginsAtMostOneStepEarly) {
   PlanPlayer player;
   player.take(plan(100ms));
-  EXPECT_FALSE(player.at(89ms).has_value());
-  ASSERT_TRUE(player.at(90ms).has_value());
-  EXPECT_NEAR(player.at(95ms)->rotor_thrust_n[0], 2.0, 1e-12);
+  EXPECT_FALSE(player.at(89ms, 0ms).has_value());
+  ASSERT_TRUE(player.at(90ms, 0ms).has_value());
+  EXPECT_NEAR(player.at(95ms, 0ms)->rotor_thrust_n[0], 2.0, 1e-12);
 }
 
 TEST(PlanPlayer, AnIntegratedPlanReachesItsThrusts) {
@@ -137,7 +168,7 @@ TEST(RealTime, PlayingAndFallingBackDoNotAllocate) {
   const test::AllocationTrap trap;
   player.take(command);
   for (Stamp now{0}; now < 1s; now += 10ms) {
-    const auto setpoint = player.at(now);
+    const auto setpoint = player.at(now, 0ms);
     sum += (setpoint ? *setpoint : fallback.update(now, state)).collective_thrust_n;
   }
   EXPECT_EQ(trap.count(), 0u);

@@ -18,12 +18,17 @@ protocol::SessionReply accept(std::uint64_t request, std::uint64_t session, cons
   return reply;
 }
 
-protocol::SessionReply refuse(std::uint64_t request, const std::string& reason,
-                              const std::string& server = "planner-1") {
+protocol::SessionReply refuse(std::uint64_t request, const std::string& reason, const std::string& server = "planner-1",
+                              ErrorCode code = ErrorCode::kInvalid) {
   auto reply = accept(request, 0, server);
   reply.accepted = false;
+  reply.code = code;
   reply.reason = reason;
   return reply;
+}
+
+protocol::SessionReply busy(std::uint64_t request, ErrorCode code = ErrorCode::kBusyName) {
+  return refuse(request, "vehicle \"drone\" is flown by another client", "planner-1", code);
 }
 
 protocol::ThrustRateCommand command(std::uint64_t session, std::uint64_t sequence) {
@@ -63,7 +68,8 @@ TEST(SessionLogic, ARefusalIsFinal) {
   SessionLogic logic(7);
   EXPECT_FALSE(logic.on_reply(refuse(7, "profile is \"x\", expected race or paper"), 0s));
   EXPECT_EQ(logic.phase(), Phase::kFailed);
-  EXPECT_EQ(logic.reason(), "profile is \"x\", expected race or paper");
+  EXPECT_EQ(logic.refusal()->code, ErrorCode::kInvalid);
+  EXPECT_EQ(logic.refusal()->message, "profile is \"x\", expected race or paper");
   EXPECT_FALSE(logic.on_reply(accept(7, 50), 0s));
   EXPECT_FALSE(logic.request_due(60s));
 }
@@ -71,19 +77,29 @@ TEST(SessionLogic, ARefusalIsFinal) {
 TEST(SessionLogic, BusyIsTriedAgainWithANewNumberAfterAPause) {
   SessionLogic logic(7);
   EXPECT_TRUE(logic.request_due(1s));
-  logic.on_reply(refuse(7, "busy: drone is flown by another client"), 1s);
+  logic.on_reply(busy(7), 1s);
   EXPECT_EQ(logic.phase(), Phase::kJoining);
   EXPECT_EQ(logic.request(), 8u);
   EXPECT_FALSE(logic.request_due(1s + 249ms));
   EXPECT_TRUE(logic.request_due(1s + 250ms));
-  EXPECT_FALSE(logic.on_reply(refuse(7, "busy: late"), 2s)) << "an answer to the attempt before";
+  EXPECT_FALSE(logic.on_reply(busy(7), 2s)) << "an answer to the attempt before";
   EXPECT_EQ(logic.request(), 8u);
   EXPECT_TRUE(logic.on_reply(accept(8, 50), 2s));
 }
 
+TEST(SessionLogic, TheCodeDecidesWhetherARefusalMayPassAndNotTheSentence) {
+  SessionLogic server_full(7);
+  server_full.on_reply(busy(7, ErrorCode::kBusyServer), 0s);
+  EXPECT_EQ(server_full.phase(), Phase::kJoining);
+  EXPECT_EQ(server_full.refusal()->code, ErrorCode::kBusyServer);
+  SessionLogic refused(7);
+  refused.on_reply(refuse(7, "busy: not any more"), 0s);
+  EXPECT_EQ(refused.phase(), Phase::kFailed);
+}
+
 TEST(SessionLogic, TheRequestNumberNeverBecomesZero) {
   SessionLogic logic(UINT64_MAX);
-  logic.on_reply(refuse(UINT64_MAX, "busy: x"), 0s);
+  logic.on_reply(busy(UINT64_MAX), 0s);
   EXPECT_EQ(logic.request(), 1u);
 }
 

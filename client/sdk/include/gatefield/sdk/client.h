@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -26,15 +27,25 @@ struct Options {
   std::chrono::milliseconds connect_timeout{5000};
 };
 
-/// What to do right now, from the plan or from the fallback.
+/// What to do from `now` to `now + period`, as play() was asked, by the plan or by the fallback. A vehicle takes one of
+/// the three ways to say it.
+///
+/// Thrusts, collective thrust and body rates are values that the plan reaches at now + period: hold them from `now` on
+/// until then. A plan starts from what the rotors were asked for before, so the value at `now` itself is what they have
+/// already; held and reported back, it would keep them where they are for ever.
+///
+/// The fallback's thrusts and rates are what its law asks for at `now`, to be held as long.
 struct Setpoint {
   enum class Source { kPlan, kFallback };
   Source source = Source::kFallback;
-  Eigen::Vector4d thrust_rate_n_s = Eigen::Vector4d::Zero();  ///< per rotor
-  Eigen::Vector4d rotor_thrust_n =
-      Eigen::Vector4d::Zero();       ///< commanded thrust at `now`, for clients that take thrusts
-  double collective_thrust_n = 0.0;  ///< for clients that take collective thrust and body rates
-  Eigen::Vector3d body_rates_rad_s = Eigen::Vector3d::Zero();  ///< FLU
+  /// Rotors that take a rate of thrust: dT/dt per rotor that holds at `now`, until the plan's step ends
+  /// (SessionReply::plan_step_s). Ask several times in a step, at 200 Hz or more.
+  PlainVector4 thrust_rate_n_s = PlainVector4::Zero();
+  /// Rotors that take thrusts: each one's, and what QuadrotorState::thrust_command_n is from now on.
+  PlainVector4 rotor_thrust_n = PlainVector4::Zero();
+  /// Flight controllers that take collective thrust (the rotors' sum) and body rates (FLU).
+  double collective_thrust_n = 0.0;
+  Eigen::Vector3d body_rates_rad_s = Eigen::Vector3d::Zero();
 };
 
 struct LinkStatistics {
@@ -53,7 +64,9 @@ struct LinkStatistics {
 /// safe: play() yes; the others make system calls.
 class Client {
  public:
-  /// Blocks until a server accepts, refuses (its sentence is the error) or the timeout passes.
+  /// Blocks until a server accepts, refuses or the timeout passes. A refusal is the error, with its code and sentence;
+  /// one that may pass (may_pass(code): the name is in use, the server is full) is asked again until the timeout.
+  /// Nobody answered: ErrorCode::kNoAnswer. Options that no server would take: ErrorCode::kInvalid, at once.
   static Result<std::unique_ptr<Client>> connect(const Options& options);
   virtual ~Client() = default;  ///< leaves the session
 
@@ -74,12 +87,31 @@ class Client {
   virtual std::optional<protocol::ThrustRateCommand> wait_for_answer(std::uint64_t state_sequence,
                                                                      std::chrono::milliseconds timeout) = 0;
 
-  /// What to apply now: the plan at `now`, or the fallback when it has run out. `state` feeds the fallback.
-  virtual Setpoint play(Stamp now, const QuadrotorState& state) = 0;
+  /// What to apply from `now` until the next call: the plan, or the fallback when it has run out. `state` feeds the
+  /// fallback.
+  /// @param period  until the next call, 0 to 100 ms (clamped); 0 gives the values at `now`
+  virtual Setpoint play(Stamp now, const QuadrotorState& state, std::chrono::nanoseconds period) = 0;
 
   virtual LinkStatistics statistics() const = 0;
   /// The newest telemetry, if any came since last time.
   virtual std::optional<protocol::Telemetry> telemetry() = 0;
 };
+
+/// Sizes, then alignments, of what crosses the interface, as this translation unit lays it out.
+template <std::size_t... kBytes>
+struct Layout {};
+template <typename... Interface>
+using LayoutOf = Layout<sizeof(Interface)..., alignof(Interface)...>;
+using ClientLayout = LayoutOf<Options, QuadrotorModel, CameraModel, protocol::Course, QuadrotorState, Setpoint,
+                              LinkStatistics, protocol::SessionReply, protocol::ThrustRateCommand, protocol::Telemetry>;
+
+/// What connect() is. Its symbol carries the layout: a program that lays the interface out in another way than the
+/// library was compiled with (_GLIBCXX_DEBUG and such; -march and Eigen's alignment make no difference)
+/// does not link, instead of flying on garbage.
+Result<std::unique_ptr<Client>> connect_if_layouts_agree(const Options& options, ClientLayout);
+
+inline Result<std::unique_ptr<Client>> Client::connect(const Options& options) {
+  return connect_if_layouts_agree(options, ClientLayout{});
+}
 
 }  // namespace gatefield::sdk
