@@ -52,7 +52,7 @@ class Place {
       if (tree != nullptr && descriptor != nullptr && line < 0)
         line = tree->GetLocation(descriptor, descriptor->is_repeated() ? 0 : -1).line;
     if (line < 0) line = line_;
-    return {file_.string() + ":" + std::to_string(line + 1) + ": cell '" + name_ + "': " + sentence};
+    return Error(file_.string() + ":" + std::to_string(line + 1) + ": cell '" + name_ + "': " + sentence);
   }
 
   /// A sentence that already begins with the campaign's name gets the line put in.
@@ -150,6 +150,7 @@ Result<config::ScenarioFile> scenario_of(const fs::path& file, const CellSpec& s
   if (spec.has_camera_rate_hz()) scenario.set_camera_rate_hz(spec.camera_rate_hz());
   if (spec.has_time_limit_s()) scenario.set_time_limit_s(spec.time_limit_s());
   scenario.clear_seed();
+  if (spec.has_planner_seed()) scenario.set_planner_seed(spec.planner_seed());
   if (spec.has_title()) scenario.set_title(spec.title());
   return scenario;
 }

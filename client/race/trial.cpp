@@ -124,6 +124,7 @@ const std::vector<Column>& columns() {
       text("cell", &R::cell),
       decimal("speed_m_s", &R::speed_m_s, "%g"),
       whole("seed", &R::seed),
+      whole("planner_seed", &R::planner_seed),
       {"success", [](const R& r) { return std::string(r.won() ? "1" : "0"); },
        [](const std::string& s, R*) { return s == "0" || s == "1"; }},
       {"failure", [](const R& r) { return std::string(name(r.failure)); },
@@ -172,6 +173,10 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
+std::uint64_t Trial::seed_of_planner() const noexcept {
+  if (planner_seed) return *planner_seed;
+  return cell->scenario.planner_seed.value_or(config::default_planner_seed(seed));
+}
 std::string Trial::name() const { return name_of(cell->name, speed_m_s, seed); }
 std::string Trial::file_name() const { return cell->name + "-" + number(speed_m_s) + "-" + std::to_string(seed); }
 std::string trial_name(const TrialResult& result) { return name_of(result.cell, result.speed_m_s, result.seed); }
@@ -209,7 +214,7 @@ std::vector<Trial> trials_of(const Campaign& campaign, const Selection& selectio
         for (const double speed_m_s : cell.speeds_m_s) {
           const bool mine = place++ % shards + 1 == static_cast<std::uint64_t>(selection.shard.index);
           if (mine && server_key(cell) == server && round < selection.seeds_of(cell).count())
-            trials.push_back({&cell, speed_m_s, selection.seeds_of(cell).first + round});
+            trials.push_back({&cell, speed_m_s, selection.seeds_of(cell).first + round, selection.planner_seed});
         }
     }
   return trials;
@@ -269,9 +274,9 @@ Failure failure_of(const simulator::Report& report) noexcept {
     case Outcome::kFinished:
       return Failure::kNone;
     case Outcome::kTouchedGate: {
-      const int last = report.passes.empty() ? -1 : report.passes.back().gate;
-      const int next = report.samples.empty() ? 0 : report.samples.back().expected_gate;
-      return report.culprit_gate == next || report.culprit_gate == last ? Failure::kTargetGate : Failure::kOtherObject;
+      const int last = report.passes.empty() ? -1 : report.passes.back().waypoint;
+      const int next = report.samples.empty() ? 0 : report.samples.back().expected_waypoint;
+      return report.culprit == next || report.culprit == last ? Failure::kTargetGate : Failure::kOtherObject;
     }
     case Outcome::kTouchedFloor:
     case Outcome::kTouchedClutter:
@@ -301,10 +306,11 @@ TrialResult to_result(const Trial& trial, const simulator::Report& report, const
   result.cell = trial.cell->name;
   result.speed_m_s = trial.speed_m_s;
   result.seed = trial.seed;
+  result.planner_seed = trial.seed_of_planner();
   result.failure = failure_of(report);
   const config::Scenario& scenario = trial.cell->scenario;
-  const Diagnosis diagnosis =
-      diagnose(report, trace, config::perturbed_world(scenario.track, scenario.perturbation, trial.seed));
+  const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, trial.seed);
+  const Diagnosis diagnosis = diagnose(report, trace, config::gates_by_waypoint(world, scenario.track.course));
   result.cause = diagnosis.cause;
   result.belief_error_m = diagnosis.center_error_m;
   result.belief_turn_deg = diagnosis.axis_error_rad * 180.0 / std::numbers::pi;
@@ -365,6 +371,7 @@ std::string reproduce_command(const Trial& trial) {
   std::string command = "gatefield-sim --lockstep --scenario cells/" + cell.name + ".txt --seed " +
                         std::to_string(trial.seed) + " --speed " + number(trial.speed_m_s, "%.12g") + " --profile " +
                         cell.profile;
+  if (trial.planner_seed) command += " --planner-seed " + std::to_string(*trial.planner_seed);
   if (cell.laps) command += " --laps " + std::to_string(*cell.laps);
   if (cell.link.each_way_ms > 0) command += " --delay-ms " + number(2.0 * cell.link.each_way_ms);
   if (cell.link.jitter_ms > 0) command += " --jitter-ms " + number(cell.link.jitter_ms);

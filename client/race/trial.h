@@ -17,8 +17,11 @@ namespace gatefield::race {
 struct Trial {
   const Cell* cell = nullptr;
   double speed_m_s = 0.0;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;                       ///< of the true world
+  std::optional<std::uint64_t> planner_seed{};  ///< in place of the cell's, for all that a person asks for at once
 
+  /// What the planner is told: the one above, the cell's, or the one that goes with the world's.
+  std::uint64_t seed_of_planner() const noexcept;
   /// What names it among all trials: "<cell> at <speed> m/s, seed <seed>".
   std::string name() const;
   /// For files: "<cell>-<speed>-<seed>".
@@ -39,6 +42,7 @@ Result<Shard> parse_shard(const std::string& text);
 struct Selection {
   Shard shard;
   std::optional<SeedRange> seeds;  ///< in place of the cells'; one of a single seed keeps it: that flight is meant
+  std::optional<std::uint64_t> planner_seed{};  ///< in place of the cells'
 
   SeedRange seeds_of(const Cell& cell) const {
     return cell.seeds.count() == 1 ? cell.seeds : seeds.value_or(cell.seeds);
@@ -76,8 +80,9 @@ Failure failure_of(const simulator::Report& report) noexcept;
 /// What is kept of a trial: one line of trials.csv.
 struct TrialResult {
   std::string cell;
-  double speed_m_s = 0.0;  ///< the limit
-  std::uint64_t seed = 1;
+  double speed_m_s = 0.0;          ///< the limit
+  std::uint64_t seed = 1;          ///< of the true world
+  std::uint64_t planner_seed = 1;  ///< of the planner's sampling
   Failure failure = Failure::kNone;
   Cause cause = Cause::kNone;
   double belief_error_m = 0.0;  ///< of the gate's centre before the end of a lost race, see Diagnosis; NaN: none

@@ -64,6 +64,25 @@ TEST(Trials, OtherSeedsReplaceTheCells) {
   EXPECT_EQ(trials.back().seed, 101u);
 }
 
+TEST(Trials, ThePlannersSeedIsThePersonsElseTheCellsElseGoesWithTheWorlds) {
+  const Campaign campaign = campaign_of(R"(
+    defaults { scenario: "circle" seeds { first: 8 last: 8 } speed_m_s: 5 }
+    cell { name: "none" } cell { name: "said" planner_seed: 77 }
+  )");
+  const auto trials = trials_of(campaign);
+  EXPECT_EQ(trials[0].seed_of_planner(), config::default_planner_seed(8));
+  EXPECT_EQ(trials[1].seed_of_planner(), 77u);
+  Selection selection;
+  selection.planner_seed = 5;
+  for (const Trial& trial : trials_of(campaign, selection)) {
+    EXPECT_EQ(trial.seed, 8u);
+    EXPECT_EQ(trial.seed_of_planner(), 5u);
+    EXPECT_EQ(result_of(trial).planner_seed, 5u);
+    EXPECT_THAT(reproduce_command(trial), HasSubstr(" --seed 8 --speed 5 --profile race --planner-seed 5"));
+  }
+  EXPECT_THAT(reproduce_command(trials[1]), testing::Not(HasSubstr("planner-seed"))) << "its scenario says it";
+}
+
 TEST(Trials, ACellOfOneSeedKeepsIt) {
   const auto trials = trials_of(campaign_of(R"(
     defaults { scenario: "circle" seeds { first: 1 last: 3 } speed_m_s: 5 }
@@ -88,6 +107,7 @@ TEST(TrialLine, ComesBackAsItWas) {
   TrialResult result = result_of({&campaign.cells[1], 7.25, 6});
   result.sentence = "said \"this\", and that\nin two lines";
   result.setup = 0xfedcba9876543210ull;
+  result.planner_seed = 99;
   result.clearance_m = std::nan("");
   result.cause = Cause::kPerceptionWrong;
   result.belief_error_m = 0.375;
@@ -101,17 +121,19 @@ TEST(TrialLine, ComesBackAsItWas) {
   EXPECT_DOUBLE_EQ(again->belief_error_m, 0.375);
   EXPECT_TRUE(std::isnan(again->seen_before_s));
   EXPECT_EQ(again->setup, result.setup);
+  EXPECT_EQ(again->seed, 6u);
+  EXPECT_EQ(again->planner_seed, 99u);
   EXPECT_EQ(again->flight, result.flight);
   EXPECT_TRUE(std::isnan(again->clearance_m));
   EXPECT_EQ(trial_name(*again), "b at 7.25 m/s, seed 6");
   const std::string header = csv_header();
-  EXPECT_EQ(std::count(header.begin(), header.end(), ','), 34);
+  EXPECT_EQ(std::count(header.begin(), header.end(), ','), 35);
 }
 
 TEST(TrialLine, WhatIsWrongIsNamed) {
   const Campaign campaign = campaign_of(kTwoCells);
   const std::string line = csv_line(result_of({&campaign.cells[0], 6, 7}));
-  EXPECT_THAT(parse_csv_line("a,b").error(), HasSubstr("2 columns, expected 35"));
+  EXPECT_THAT(parse_csv_line("a,b").error(), HasSubstr("2 columns, expected 36"));
   std::string bad = line;
   bad.replace(bad.find(",7,"), 3, ",x,");
   EXPECT_THAT(parse_csv_line(bad).error(), HasSubstr("seed is 'x'"));
@@ -123,12 +145,12 @@ TEST(TrialLine, WhatIsWrongIsNamed) {
 TEST(Failures, AreSortedByWhatHappened) {
   simulator::Report report;
   report.passes.resize(2);
-  report.passes.back().gate = 1;
+  report.passes.back().waypoint = 1;
   report.samples.resize(1);
-  report.samples.back().expected_gate = 2;
+  report.samples.back().expected_waypoint = 2;
   const auto kind = [&](simulator::Outcome outcome, int culprit = -1) {
     report.outcome = outcome;
-    report.culprit_gate = culprit;
+    report.culprit = culprit;
     return failure_of(report);
   };
   using simulator::Outcome;
