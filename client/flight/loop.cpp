@@ -65,7 +65,7 @@ class Loop {
 
   std::optional<TimedState> newest_state(Stamp now) noexcept {
     auto state = ports_.states->newest(now);
-    if (state && applied_ && ports_.actuator->accepts() != Actuation::kRotorThrustRates)
+    if (state && applied_ && ports_.actuator->accepts() != SetpointPart::kRotorThrustRates)
       state->state.thrust_command_n = applied_->rotor_thrust_n;
     return state;
   }
@@ -87,7 +87,7 @@ class Loop {
   }
 
   void apply(Stamp now, const QuadrotorState& state) {
-    applied_ = client_.play(now, state);
+    applied_ = client_.play(now, state, period_);
     if (applied_->source == sdk::Setpoint::Source::kFallback) statistics_.on_fallback += period_;
     statistics_.flown += period_;
     ports_.actuator->apply(now, *applied_);

@@ -46,7 +46,7 @@ class DepthSource {
 };
 
 /// Which part of a setpoint a vehicle can follow.
-enum class Actuation : std::uint8_t {
+enum class SetpointPart : std::uint8_t {
   kRotorThrustRates,        ///< Setpoint::thrust_rate_n_s
   kRotorThrusts,            ///< Setpoint::rotor_thrust_n
   kCollectiveAndBodyRates,  ///< Setpoint::collective_thrust_n, body_rates_rad_s (FLU)
@@ -59,7 +59,7 @@ class Actuator {
   /// What apply() reads of a setpoint. It stays the same. A vehicle that takes thrust rates integrates them, and its
   /// states say the thrusts it has come to; for the others the loop fills in state.thrust_command_n with the thrusts of
   /// the setpoint that was applied last.
-  virtual Actuation accepts() const noexcept = 0;
+  virtual SetpointPart accepts() const noexcept = 0;
   /// How often apply() or hold() is called: the loop's period. It stays the same.
   virtual Stamp period() const noexcept = 0;
   /// Does this for a period from `now` on.

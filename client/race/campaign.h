@@ -50,7 +50,7 @@ const char* words(Perception perception) noexcept;
 struct Cell {
   std::string name;
   std::string title;
-  config::Scenario scenario;  ///< complete; its seed is the trial's to set
+  config::Scenario scenario;  ///< complete; its seed is the trial's to set, the planner's where it is said
   std::optional<int> laps;    ///< told to the scenario already
   std::vector<double> speeds_m_s;
   std::string profile;

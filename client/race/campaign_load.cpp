@@ -154,6 +154,7 @@ Result<config::ScenarioFile> scenario_of(const fs::path& file, const CellSpec& s
   if (spec.has_camera_rate_hz()) scenario.set_camera_rate_hz(spec.camera_rate_hz());
   if (spec.has_time_limit_s()) scenario.set_time_limit_s(spec.time_limit_s());
   scenario.clear_seed();
+  if (spec.has_planner_seed()) scenario.set_planner_seed(spec.planner_seed());
   if (spec.has_title()) scenario.set_title(spec.title());
   return scenario;
 }

@@ -88,15 +88,16 @@ class Keeper {
   std::uint64_t first_seed(const Trial& trial) const { return request_.selection.seeds_of(*trial.cell).first; }
   Status draw_end(const Trial& trial, const Flight& flight, const TrialResult& result,
                   const config::Scenario& scenario) const {
-    const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, trial.seed);
+    const std::vector<scene::Gate> gates = config::gates_by_waypoint(
+        config::perturbed_world(scenario.track, scenario.perturbation, trial.seed), scenario.track.course);
     std::string belief = ", the gate was never seen";
     if (std::isfinite(result.belief_error_m))
       belief = fmt::format("; believed {:.2f} m and {:.0f} deg off, first seen {:.2f} s before the end",
                            result.belief_error_m, result.belief_turn_deg, result.seen_before_s);
-    return simulator::write_end_picture(request_.folder / "failures" / (trial.file_name() + "-end.png"), scenario,
-                                        flight.report, flight.trace, diagnose(flight.report, flight.trace, world).gate,
-                                        trial.name() + ": " + result.sentence,
-                                        std::string("cause: ") + words(result.cause) + belief);
+    return simulator::write_end_picture(
+        request_.folder / "failures" / (trial.file_name() + "-end.png"), scenario, flight.report, flight.trace,
+        diagnose(flight.report, flight.trace, gates).waypoint, trial.name() + ": " + result.sentence,
+        std::string("cause: ") + words(result.cause) + belief);
   }
   Status draw_rollouts(const Trial& trial, const Flight& flight) const {
     config::Scenario scenario = trial.cell->scenario;
@@ -132,9 +133,17 @@ void copy_missing(const fs::path& from, const fs::path& to) {
   fs::copy(from, to, fs::copy_options::recursive | fs::copy_options::skip_existing, failure);
 }
 
+/// The server of true poses knows one seed, the planner's, and makes the true gates of it.
+Status check_seeds(const Trial& trial) {
+  if (trial.cell->perception != Perception::kTruePose || trial.seed_of_planner() == trial.seed) return {};
+  return Error::invalid("planner_seed", std::to_string(trial.seed_of_planner()) + " in '" + trial.name() + "'",
+                        "the trial's own seed, since the perception is TRUE_POSE and makes the true gates of it");
+}
+
 }  // namespace
 
-Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server) {
+Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server,
+                               const std::optional<std::uint64_t>& planner_seed) {
   Fingerprint print;
   config::Scenario scenario = cell.scenario;
   print.add(cell.scenario_text);
@@ -143,6 +152,7 @@ Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server) {
       if (auto status = add_file(file, &print); !status) return status.failure();
   print.add(fmt::format("{} {:.17g} {:.17g} {:.17g}", cell.laps.value_or(0), cell.link.each_way_ms, cell.link.jitter_ms,
                         cell.link.loss));
+  if (planner_seed) print.add("planner seed " + std::to_string(*planner_seed));
   print.add(cell.profile);
   print.add(name(cell.perception));
   const bool learned = cell.perception == Perception::kLearned;
@@ -171,7 +181,7 @@ Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server) {
 Result<Plan> plan_run(const Campaign& campaign, const RunRequest& request) {
   Plan plan;
   for (const Cell& cell : campaign.cells) {
-    const auto setup = setup_of(cell, request.server);
+    const auto setup = setup_of(cell, request.server, request.selection.planner_seed);
     if (!setup) return setup.failure();
     plan.setups[cell.name] = *setup;
   }
@@ -188,6 +198,7 @@ Result<Plan> plan_run(const Campaign& campaign, const RunRequest& request) {
     done.insert(trial_name(result));
   }
   for (const Trial& trial : trials_of(campaign, request.selection)) {
+    if (auto status = check_seeds(trial); !status) return status.failure();
     if (done.count(trial.name()) > 0) {
       ++plan.done;
     } else {

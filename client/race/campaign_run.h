@@ -34,9 +34,10 @@ struct Plan {
 };
 
 /// Fingerprint of all that decides how a trial of the cell flies but speed and seed: scenario, course, vehicle, laps,
-/// link; and for servers of our own the profile, the model, the instruction set asked for and the programs themselves.
-/// Errors: a profile or model that isn't there.
-Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server);
+/// link, a planner's seed that is said; and for servers of our own the profile, the model, the instruction set asked
+/// for and the programs themselves. Errors: a profile or model that isn't there.
+Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server,
+                               const std::optional<std::uint64_t>& planner_seed = {});
 
 /// Looks what is in the folder and what is left. Results of another setup are refused (or, with allow_mixed, counted).
 /// Errors: the folder's files, or a changed setup, with what to do.

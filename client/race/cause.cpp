@@ -12,16 +12,16 @@ namespace {
 
 using simulator::Outcome;
 
-/// The gate that the race was lost at: the one that was touched, else the one that was next.
-int gate_of(const simulator::Report& report) {
-  if (report.outcome == Outcome::kTouchedGate && report.culprit_gate >= 0) return report.culprit_gate;
-  return report.samples.empty() ? -1 : report.samples.back().expected_gate;
+/// The waypoint that the race was lost at: the one whose gate was touched, else the one that was next.
+int waypoint_of(const simulator::Report& report) {
+  if (report.outcome == Outcome::kTouchedGate && report.culprit >= 0) return report.culprit;
+  return report.samples.empty() ? -1 : report.samples.back().expected_waypoint;
 }
 
 /// When that gate was passed in the last lap: a frame touched on the way out is judged by the belief before it.
-double judged_until_s(const simulator::Report& report, int gate) {
-  if (!report.passes.empty() && report.passes.back().gate == gate &&
-      (report.samples.empty() || report.samples.back().expected_gate != gate))
+double judged_until_s(const simulator::Report& report, int waypoint) {
+  if (!report.passes.empty() && report.passes.back().waypoint == waypoint &&
+      (report.samples.empty() || report.samples.back().expected_waypoint != waypoint))
     return seconds(report.passes.back().time);
   return report.race_time_s;
 }
@@ -64,16 +64,17 @@ const char* words(Cause cause) noexcept {
   return "unknown";
 }
 
-Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Step>& trace, const scene::World& world) {
+Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Step>& trace,
+                   const std::vector<scene::Gate>& gates) {
   Diagnosis found;
   if (report.outcome == Outcome::kFinished) return found;
-  found.gate = gate_of(report);
-  if (trace.empty() || found.gate < 0 || found.gate >= static_cast<int>(world.gates.size())) {
+  found.waypoint = waypoint_of(report);
+  if (trace.empty() || found.waypoint < 0 || found.waypoint >= static_cast<int>(gates.size())) {
     found.cause = Cause::kNotRecorded;
     return found;
   }
-  const Eigen::Isometry3d& X_WG = world.gates[static_cast<std::size_t>(found.gate)].X_WG;
-  const double end_s = judged_until_s(report, found.gate);
+  const Eigen::Isometry3d& X_WG = gates[static_cast<std::size_t>(found.waypoint)].X_WG;
+  const double end_s = judged_until_s(report, found.waypoint);
   const double epoch_s = seconds(simulator::kLockstepEpoch);
 
   std::vector<double> centers_m, axes_rad;
@@ -81,7 +82,7 @@ Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Ste
   for (const trace::Step& step : trace) {
     const double t_s = seconds(step.stamp) - epoch_s;
     if (t_s > end_s) break;
-    const bool ours = static_cast<int>(step.waypoint) == found.gate && !step.hold;
+    const bool ours = static_cast<int>(step.waypoint) == found.waypoint && !step.hold;
     if (ours && step.seen && !std::isfinite(first_seen_s)) first_seen_s = t_s;
     if (t_s < end_s - kJudged_s) continue;
     if (!ours || !step.seen) continue;
@@ -96,7 +97,7 @@ Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Ste
   const trace::Step* last = nullptr;
   for (const trace::Step& step : trace)
     if (seconds(step.stamp) - epoch_s <= end_s) last = &step;
-  const bool other_gate = last != nullptr && (static_cast<int>(last->waypoint) != found.gate || last->hold);
+  const bool other_gate = last != nullptr && (static_cast<int>(last->waypoint) != found.waypoint || last->hold);
   const bool seen = std::isfinite(first_seen_s);
   const bool wrong = other_gate || found.center_error_m > kWrongCenter_m || found.axis_error_rad > kWrongAxis_rad;
   if (seen && wrong) {

@@ -35,7 +35,7 @@ inline constexpr double kJudged_s = 0.6;
 
 struct Diagnosis {
   Cause cause = Cause::kNone;
-  int gate = -1;  ///< that the race was lost at, index
+  int waypoint = -1;  ///< whose gate the race was lost at, index into the course
   /// Median over the judged time of how far the believed centre was from the true one, and the believed axis from the
   /// true one; NaN: it was never seen, or nothing was recorded.
   double center_error_m = std::numeric_limits<double>::quiet_NaN();
@@ -46,7 +46,8 @@ struct Diagnosis {
 /// Holds what the planner believed against the truth.
 /// @param report  of a race that is over
 /// @param trace   of its planner, may be empty; stamps begin at simulator::kLockstepEpoch
-/// @param world   the true gates
-Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Step>& trace, const scene::World& world);
+/// @param gates   the true ones as they are passed, by waypoint (config::gates_by_waypoint)
+Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Step>& trace,
+                   const std::vector<scene::Gate>& gates);
 
 }  // namespace gatefield::race

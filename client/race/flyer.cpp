@@ -128,6 +128,7 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
 
   config::Scenario scenario = trial.cell->scenario;
   scenario.seed = trial.seed;
+  scenario.planner_seed = trial.seed_of_planner();
   sdk::Options link;
   link.domain = domain_;
   link.server = server_name_;
@@ -135,7 +136,7 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
                  std::to_string(++flights_);
   link.profile = trial.cell->profile;
   link.timing = protocol::Timing::kLockstep;
-  link.seed = trial.seed;
+  link.seed = config::planner_seed_of(scenario);
   link.speed_limit_m_s = trial.speed_m_s;
   link.quadrotor = scenario.vehicle.quadrotor;
   link.camera = scenario.vehicle.camera;

@@ -30,8 +30,12 @@ void declare_run(CLI::App* app, Arguments* a, bool out_required) {
       ->capture_default_str();
   app->add_option("--shard", a->shard, "Only this part of the trials, e.g. 3/16; parts may share a folder")
       ->type_name("INDEX/COUNT");
-  app->add_option("--seeds", a->seeds, "These in place of the campaign's, e.g. 1-20; a cell of a single seed keeps it")
+  app->add_option("--seed,--seeds", a->seeds,
+                  "Seeds of the true world in place of the campaign's, e.g. 1-20; a cell of a single seed keeps it")
       ->type_name("FIRST-LAST");
+  app->add_option("--planner-seed", a->planner_seed,
+                  "Seed of the planner's sampling in every trial (default: the campaign's, else it goes with the "
+                  "trial's seed)");
   app->add_option("--limit", a->limit, "At most so many trials in this run; 0 = all")->capture_default_str();
   app->add_flag("--dry-run", a->dry_run, "Only say which trials would be flown");
   app->add_flag("--no-report", a->no_report, "No tables and pictures at the end (gatefield-race report makes them)");
@@ -83,6 +87,7 @@ Result<RunRequest> request_of(const Arguments& a) {
     if (!seeds) return seeds.failure().within("--seeds: ");
     request.selection.seeds = *seeds;
   }
+  request.selection.planner_seed = a.planner_seed;
   if (a.limit > 0) request.limit = a.limit;
   request.allow_mixed = a.allow_mixed;
   request.paths = a.paths;

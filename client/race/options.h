@@ -17,6 +17,7 @@ struct Arguments {
   std::uint32_t domain = 0;
   int workers = 0, paths = 10, pictures = 3, attempts = 3;
   std::size_t limit = 0;
+  std::optional<std::uint64_t> planner_seed;
   double trial_limit_s = 900.0;
   bool allow_mixed = false, dry_run = false, no_report = false;
   std::vector<std::string> sources;

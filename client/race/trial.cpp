@@ -19,6 +19,10 @@ std::string trial_name(const std::string& cell, double speed_m_s, std::uint64_t 
   return cell + " at " + brief(speed_m_s) + " m/s, seed " + std::to_string(seed);
 }
 
+std::uint64_t Trial::seed_of_planner() const noexcept {
+  if (planner_seed) return *planner_seed;
+  return cell->scenario.planner_seed.value_or(config::default_planner_seed(seed));
+}
 std::string Trial::name() const { return trial_name(cell->name, speed_m_s, seed); }
 std::string Trial::file_name() const { return cell->name + "-" + brief(speed_m_s) + "-" + std::to_string(seed); }
 
@@ -56,7 +60,7 @@ std::vector<Trial> trials_of(const Campaign& campaign, const Selection& selectio
         for (const double speed_m_s : cell.speeds_m_s) {
           const bool mine = place++ % shards + 1 == static_cast<std::uint64_t>(selection.shard.index);
           if (mine && server_key(cell) == server && round < selection.seeds_of(cell).count())
-            trials.push_back({&cell, speed_m_s, selection.seeds_of(cell).first + round});
+            trials.push_back({&cell, speed_m_s, selection.seeds_of(cell).first + round, selection.planner_seed});
         }
     }
   return trials;

@@ -14,8 +14,11 @@ namespace gatefield::race {
 struct Trial {
   const Cell* cell = nullptr;
   double speed_m_s = 0.0;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;                       ///< of the true world
+  std::optional<std::uint64_t> planner_seed{};  ///< in place of the cell's, for all that a person asks for at once
 
+  /// What the planner is told: the one above, the cell's, or the one that goes with the world's.
+  std::uint64_t seed_of_planner() const noexcept;
   /// What names it among all trials, see trial_name().
   std::string name() const;
   /// For files: "<cell>-<speed>-<seed>".
@@ -39,6 +42,7 @@ Result<Shard> parse_shard(const std::string& text);
 struct Selection {
   Shard shard;
   std::optional<SeedRange> seeds;  ///< in place of the cells'; one of a single seed keeps it: that flight is meant
+  std::optional<std::uint64_t> planner_seed{};  ///< in place of the cells'
 
   SeedRange seeds_of(const Cell& cell) const {
     return cell.seeds.count() == 1 ? cell.seeds : seeds.value_or(cell.seeds);

@@ -66,9 +66,9 @@ Failure failure_of(const simulator::Report& report) noexcept {
     case Outcome::kFinished:
       return Failure::kNone;
     case Outcome::kTouchedGate: {
-      const int last = report.passes.empty() ? -1 : report.passes.back().gate;
-      const int next = report.samples.empty() ? 0 : report.samples.back().expected_gate;
-      return report.culprit_gate == next || report.culprit_gate == last ? Failure::kTargetGate : Failure::kOtherObject;
+      const int last = report.passes.empty() ? -1 : report.passes.back().waypoint;
+      const int next = report.samples.empty() ? 0 : report.samples.back().expected_waypoint;
+      return report.culprit == next || report.culprit == last ? Failure::kTargetGate : Failure::kOtherObject;
     }
     case Outcome::kTouchedFloor:
     case Outcome::kTouchedClutter:
@@ -98,10 +98,11 @@ TrialResult to_result(const Trial& trial, const simulator::Report& report, const
   result.cell = trial.cell->name;
   result.speed_m_s = trial.speed_m_s;
   result.seed = trial.seed;
+  result.planner_seed = trial.seed_of_planner();
   result.failure = failure_of(report);
   const config::Scenario& scenario = trial.cell->scenario;
-  const Diagnosis diagnosis =
-      diagnose(report, trace, config::perturbed_world(scenario.track, scenario.perturbation, trial.seed));
+  const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, trial.seed);
+  const Diagnosis diagnosis = diagnose(report, trace, config::gates_by_waypoint(world, scenario.track.course));
   result.cause = diagnosis.cause;
   result.belief_error_m = diagnosis.center_error_m;
   result.belief_turn_deg = diagnosis.axis_error_rad * 180.0 / std::numbers::pi;
@@ -162,6 +163,7 @@ std::string reproduce_command(const Trial& trial) {
   std::string command = "gatefield-sim --lockstep --scenario cells/" + cell.name + ".txt --seed " +
                         std::to_string(trial.seed) + " --speed " + fmt::format("{:.12g}", trial.speed_m_s) +
                         " --profile " + cell.profile;
+  if (trial.planner_seed) command += " --planner-seed " + std::to_string(*trial.planner_seed);
   if (cell.laps) command += " --laps " + std::to_string(*cell.laps);
   if (cell.link.each_way_ms > 0) command += " --delay-ms " + brief(2.0 * cell.link.each_way_ms);
   if (cell.link.jitter_ms > 0) command += " --jitter-ms " + brief(cell.link.jitter_ms);

@@ -38,8 +38,9 @@ Failure failure_of(const simulator::Report& report) noexcept;
 /// What is kept of a trial: one line of trials.csv.
 struct TrialResult {
   std::string cell;
-  double speed_m_s = 0.0;  ///< the limit
-  std::uint64_t seed = 1;
+  double speed_m_s = 0.0;          ///< the limit
+  std::uint64_t seed = 1;          ///< of the true world
+  std::uint64_t planner_seed = 1;  ///< of the planner's sampling
   Failure failure = Failure::kNone;
   Cause cause = Cause::kNone;
   double belief_error_m = 0.0;  ///< of the gate's centre before the end of a lost race, see Diagnosis; NaN: none

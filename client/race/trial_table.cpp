@@ -104,6 +104,7 @@ const std::vector<Column>& columns() {
       {"speed_m_s", [](const R& r) { return std::isfinite(r.speed_m_s) ? brief(r.speed_m_s) : ""; },
        [](const std::string& s, R* r) { return gatefield::race::read(s, &r->speed_m_s); }},
       whole("seed", &R::seed),
+      whole("planner_seed", &R::planner_seed),
       {"success", [](const R& r) { return std::string(r.won() ? "1" : "0"); },
        [](const std::string& s, R*) { return s == "0" || s == "1"; }},
       {"failure", [](const R& r) { return std::string(name(r.failure)); },

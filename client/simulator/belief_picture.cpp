@@ -117,13 +117,14 @@ cv::Mat depth_colors(const scene::DepthImage& depth, const CameraModel& camera) 
 }  // namespace
 
 Status write_end_picture(const std::filesystem::path& file, const config::Scenario& scenario, const Report& report,
-                         const std::vector<trace::Step>& trace, int gate, const std::string& title,
+                         const std::vector<trace::Step>& trace, int waypoint, const std::string& title,
                          const std::string& subtitle) {
   const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
   Eigen::Vector3d middle_W = inside(scenario.track, report.end_state.p_WB);
   int across = 0;
-  if (gate >= 0 && gate < static_cast<int>(world.gates.size())) {
-    const Eigen::Isometry3d& X_WG = world.gates[static_cast<std::size_t>(gate)].X_WG;
+  const std::vector<scene::Gate> gates = config::gates_by_waypoint(world, scenario.track.course);
+  if (waypoint >= 0 && waypoint < static_cast<int>(gates.size())) {
+    const Eigen::Isometry3d& X_WG = gates[static_cast<std::size_t>(waypoint)].X_WG;
     if ((X_WG.translation() - middle_W).norm() < 2 * kAround_m) middle_W = 0.5 * (middle_W + X_WG.translation());
     across = std::abs(X_WG.linear()(0, 0)) >= std::abs(X_WG.linear()(1, 0)) ? 0 : 1;
   }
@@ -135,7 +136,7 @@ Status write_end_picture(const std::filesystem::path& file, const config::Scenar
     draw_world(&canvas, view, world);
     for (const trace::Step& step : trace) {
       const double age = (end_s - race_time_s(step)) / kShown_s;
-      if (static_cast<int>(step.waypoint) == gate && !step.hold && age >= 0 && age <= 1)
+      if (static_cast<int>(step.waypoint) == waypoint && !step.hold && age >= 0 && age <= 1)
         draw_belief(&canvas, view, scenario.track.course.waypoints[step.waypoint].gate, step, age);
     }
     draw_nominal(&canvas, view, scenario.track);
@@ -177,7 +178,7 @@ Status write_rollouts_picture(const std::filesystem::path& file, const config::S
                  {Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>())});
   top.draw_axes("From above", "x [m]", "y [m]");
   draw(top);
-  draw_numbers(&canvas, top, world);
+  draw_numbers(&canvas, top, world, scenario.track.course);
   const View side(&canvas, {990, 130}, {670, 700}, 0, 2,
                   {Eigen::Vector2d(box.min().x(), box.min().z()), Eigen::Vector2d(box.max().x(), box.max().z())});
   side.draw_axes("From the side, along y", "x [m]", "z [m]");

@@ -16,9 +16,9 @@ namespace gatefield::simulator {
 /// How a flight ended: the last second from above and from the side, with the gate that it ended at as it is (filled)
 /// and as it was believed at each step (outlines, the later the darker).
 /// @param trace  of the flight's planner, may be empty: then only the flight is drawn
-/// @param gate   index into the true world; the view is around where the flight ended
+/// @param waypoint  of the gate that it ended at, index; -1: none. The view is around where the flight ended
 Status write_end_picture(const std::filesystem::path& file, const config::Scenario& scenario, const Report& report,
-                         const std::vector<trace::Step>& trace, int gate, const std::string& title,
+                         const std::vector<trace::Step>& trace, int waypoint, const std::string& title,
                          const std::string& subtitle);
 
 /// All rollouts of a flight's trace from above and from the side, coloured by their field value (paper, figure of the

@@ -30,7 +30,7 @@ Status write_depth_picture(const std::filesystem::path& file, const Snapshot& sn
   return canvas.save(file);
 }
 
-Status save_frame(const std::filesystem::path& folder, const Snapshot& snapshot, const scene::World& world) {
+Status save_frame(const std::filesystem::path& folder, const Snapshot& snapshot) {
   const scene::DepthImage& depth = snapshot.depth;
   cv::Mat image(depth.height_px, depth.width_px, CV_16UC1);
   std::transform(depth.depth_m.begin(), depth.depth_m.end(), image.begin<std::uint16_t>(), [](float depth_m) {
@@ -38,12 +38,11 @@ Status save_frame(const std::filesystem::path& folder, const Snapshot& snapshot,
   });
   if (auto status = write_png(folder / "depth.png", image); !status) return status;
 
-  const scene::Gate& gate = world.gates[static_cast<std::size_t>(snapshot.gate)];
   config::SavedFrame frame;
   frame.depth_file = "depth.png";
   frame.camera = snapshot.camera;
   frame.X_WC = snapshot.X_WC;
-  frame.gate = config::SavedFrame::TrueGate{gate.X_WG, gate.shape};
+  frame.gate = config::SavedFrame::TrueGate{snapshot.gate.X_WG, snapshot.gate.shape};
   frame.time_s = snapshot.t_s;
   return write_file(folder / "frame.txt", config::frame_text(frame));
 }

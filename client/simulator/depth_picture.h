@@ -4,7 +4,6 @@
 #include <string>
 
 #include "client/simulator/run_log.h"
-#include "common/scene/world.h"
 
 namespace gatefield::simulator {
 
@@ -14,6 +13,6 @@ Status write_depth_picture(const std::filesystem::path& file, const Snapshot& sn
 
 /// Keeps the frame for other programs: <folder>/depth.png, 16 bits per pixel in millimetres, and <folder>/frame.txt,
 /// where from (schema: common/config/frame.proto), with the true gate ahead to compare with.
-Status save_frame(const std::filesystem::path& folder, const Snapshot& snapshot, const scene::World& world);
+Status save_frame(const std::filesystem::path& folder, const Snapshot& snapshot);
 
 }  // namespace gatefield::simulator

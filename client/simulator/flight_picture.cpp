@@ -128,7 +128,7 @@ void draw_speed(Canvas* canvas, const Eigen::Vector2d& top_left, const Eigen::Ve
     const Eigen::Vector2d top = at(seconds(pass.time), speeds.axis_top_m_s);
     canvas->dashed_line(top, at(seconds(pass.time), 0), kOpening, 1.5, 5);
     if (report.passes.size() <= 24)
-      canvas->text(std::to_string(pass.gate + 1), top + Eigen::Vector2d(0, -6), 10, kOpening, Align::kCenter);
+      canvas->text(std::to_string(pass.waypoint + 1), top + Eigen::Vector2d(0, -6), 10, kOpening, Align::kCenter);
   }
   for (std::size_t i = 1; i < report.samples.size(); ++i) {
     const double from = report.samples[i - 1].state.v_WB.norm(), to = report.samples[i].state.v_WB.norm();
@@ -179,7 +179,7 @@ Status write_flight_picture(const std::filesystem::path& file, const config::Sce
   draw_world(&canvas, top, world);
   draw_path(&canvas, top, scenario, report, speeds);
   draw_nominal(&canvas, top, scenario.track);
-  draw_numbers(&canvas, top, world);
+  draw_numbers(&canvas, top, world, scenario.track.course);
 
   const Eigen::AlignedBox2d elevation(Eigen::Vector2d(shown.min().x(), shown.min().z()),
                                       Eigen::Vector2d(shown.max().x(), shown.max().z()));
@@ -237,7 +237,7 @@ Status write_flights_picture(const std::filesystem::path& file, const config::Sc
                  {Eigen::Vector2d(shown.min().head<2>()), Eigen::Vector2d(shown.max().head<2>())});
   top.draw_axes("Top view", "x [m]", "y [m]");
   draw(top);
-  draw_numbers(&canvas, top, nominal);
+  draw_numbers(&canvas, top, nominal, scenario.track.course);
   const View side(
       &canvas, {990, 130}, {670, 700}, 0, 2,
       {Eigen::Vector2d(shown.min().x(), shown.min().z()), Eigen::Vector2d(shown.max().x(), shown.max().z())});

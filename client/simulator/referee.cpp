@@ -51,20 +51,31 @@ const char* name(Outcome outcome) noexcept {
   return "unknown";
 }
 
-Referee::Referee(const scene::World& world, const Rules& rules, const Eigen::Vector3d& p_WB)
-    : gates_(world.gates), rules_(rules), last_p_WB_(p_WB), anchor_p_WB_(p_WB) {
+Referee::Referee(const scene::World& world, std::vector<scene::Passage> passages, const Rules& rules,
+                 const Eigen::Vector3d& p_WB)
+    : gates_(world.gates), passages_(std::move(passages)), rules_(rules), last_p_WB_(p_WB), anchor_p_WB_(p_WB) {
   for (const auto& gate : gates_) frames_.push_back(scene::frame_boxes(gate));
   passes_.reserve(static_cast<std::size_t>(gates_total()));
 }
 
-int Referee::gates_total() const noexcept { return rules_.laps * static_cast<int>(gates_.size()); }
-int Referee::expected_gate() const noexcept { return static_cast<int>(passes_.size() % gates_.size()); }
-int Referee::lap() const noexcept { return static_cast<int>(passes_.size() / gates_.size()); }
+int Referee::gates_total() const noexcept { return rules_.laps * static_cast<int>(passages_.size()); }
+int Referee::expected_waypoint() const noexcept { return static_cast<int>(passes_.size() % passages_.size()); }
+int Referee::lap() const noexcept { return static_cast<int>(passes_.size() / passages_.size()); }
+const scene::Passage& Referee::expected() const noexcept { return passages_[passes_.size() % passages_.size()]; }
 
-void Referee::decide(Outcome outcome, int gate) noexcept {
+int Referee::waypoint_of(std::size_t gate) const noexcept {
+  if (expected().gate == gate) return expected_waypoint();
+  if (!passes_.empty() && passages_[static_cast<std::size_t>(passes_.back().waypoint)].gate == gate)
+    return passes_.back().waypoint;
+  const auto first = std::find_if(passages_.begin(), passages_.end(),
+                                  [gate](const scene::Passage& passage) { return passage.gate == gate; });
+  return static_cast<int>(first - passages_.begin());
+}
+
+void Referee::decide(Outcome outcome, int culprit) noexcept {
   if (decided()) return;
   outcome_ = outcome;
-  culprit_ = gate;
+  culprit_ = culprit;
 }
 
 void Referee::stop(Outcome outcome, Stamp time) noexcept {
@@ -81,7 +92,8 @@ void Referee::update(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vecto
 
   judge_frames(p_WB);
   if (contact) {
-    if (contact->with == Contact::With::kGate) decide(Outcome::kTouchedGate, contact->index);
+    if (contact->with == Contact::With::kGate)
+      decide(Outcome::kTouchedGate, waypoint_of(static_cast<std::size_t>(contact->index)));
     if (contact->with == Contact::With::kFloor) decide(Outcome::kTouchedFloor);
     if (contact->with == Contact::With::kClutter) decide(Outcome::kTouchedClutter, contact->index);
   }
@@ -105,14 +117,13 @@ void Referee::judge_frames(const Eigen::Vector3d& p_WB) {
     double nearest_m = std::numeric_limits<double>::infinity();
     for (const auto& box : frames_[i]) nearest_m = std::min(nearest_m, distance_to(box, p_WB));
     clearance_m_ = std::min(clearance_m_, nearest_m - rules_.vehicle_radius_m);
-    if (nearest_m < rules_.vehicle_radius_m) decide(Outcome::kTouchedGate, static_cast<int>(i));
+    if (nearest_m < rules_.vehicle_radius_m) decide(Outcome::kTouchedGate, waypoint_of(i));
   }
 }
 
 void Referee::judge_planes(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& v_WB) {
-  const int expected = expected_gate();
-  for (int i = 0; i < static_cast<int>(gates_.size()); ++i) {
-    const scene::Gate& gate = gates_[static_cast<std::size_t>(i)];
+  for (std::size_t i = 0; i < gates_.size(); ++i) {
+    const scene::Gate& gate = gates_[i];
     const Eigen::Isometry3d X_GW = gate.X_WG.inverse();
     const Eigen::Vector3d from_G = X_GW * last_p_WB_;
     const Eigen::Vector3d to_G = X_GW * p_WB;
@@ -124,25 +135,28 @@ void Referee::judge_planes(Stamp time, const Eigen::Vector3d& p_WB, const Eigen:
     const double offset_m = transverse_distance(gate.shape, from_G + share * (to_G - from_G));
     const bool through = offset_m < gate.shape.inner_half_m;
 
-    if (through && i != expected) return decide(Outcome::kWrongGate, i);
-    if (through && backwards) return decide(Outcome::kWrongDirection, i);
+    const bool is_expected = i == expected().gate;
+    const bool right_way = expected().along_x ? forwards : backwards;
+    if (through && !is_expected) return decide(Outcome::kWrongGate, waypoint_of(i));
+    if (through && !right_way) return decide(Outcome::kWrongDirection, waypoint_of(i));
     if (through) {
-      passes_.push_back({time, lap(), i, offset_m, v_WB.norm()});
+      passes_.push_back({time, lap(), expected_waypoint(), offset_m, v_WB.norm()});
       last_pass_time_ = time;
       passed_by_ = false;
       if (static_cast<int>(passes_.size()) == gates_total()) decide(Outcome::kFinished);
       return;
     }
-    if (i == expected) passed_by_ = forwards && offset_m < rules_.pass_by_radius_m;
+    if (is_expected) passed_by_ = right_way && offset_m < rules_.pass_by_radius_m;
   }
-  const Eigen::Vector3d p_G = gates_[static_cast<std::size_t>(expected)].X_WG.inverse() * p_WB;
-  if (passed_by_ && p_G.x() > rules_.miss_distance_m) decide(Outcome::kMissedGate, expected);
+  const double x_G_m = (gates_[expected().gate].X_WG.inverse() * p_WB).x();
+  if (passed_by_ && (expected().along_x ? x_G_m : -x_G_m) > rules_.miss_distance_m)
+    decide(Outcome::kMissedGate, expected_waypoint());
 }
 
 std::vector<double> Referee::lap_times_s() const {
   std::vector<double> times;
   Stamp begin{0};
-  for (std::size_t i = gates_.size(); i <= passes_.size(); i += gates_.size()) {
+  for (std::size_t i = passages_.size(); i <= passes_.size(); i += passages_.size()) {
     times.push_back(seconds(passes_[i - 1].time - begin));
     begin = passes_[i - 1].time;
   }
@@ -154,7 +168,7 @@ std::string Referee::sentence() const {
   const std::string done =
       " after " + std::to_string(passes_.size()) + " of " + std::to_string(gates_total()) + " gates" + at;
   const std::string gate = "gate " + std::to_string(culprit_ + 1);
-  const std::string expected = "gate " + std::to_string(expected_gate() + 1);
+  const std::string expected = "gate " + std::to_string(expected_waypoint() + 1);
   switch (outcome_) {
     case Outcome::kRunning:
       return "running, " + std::to_string(passes_.size()) + " of " + std::to_string(gates_total()) + " gates" + at;

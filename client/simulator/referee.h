@@ -48,23 +48,30 @@ struct Rules {
 struct Pass {
   Stamp time{0};  ///< since the start of the race
   int lap = 0;
-  int gate = 0;
+  int waypoint = 0;       ///< which passage of the lap it was
   double offset_m = 0.0;  ///< transverse distance from the gate's axis
   double speed_m_s = 0.0;
 };
 
 /// Judges a race from the true gates and the true path of the vehicle's centre. Pure: no clock, no physics.
 ///
-/// A lap is every gate once, in order. Per update, the segment from the last to the new position is held against each
-/// gate's plane (x = 0 in G). Through the opening means transverse distance < inner_half_m: of the expected gate
-/// towards +x it is a pass, towards -x the wrong direction, of any other gate the wrong gate. Touched is whatever the
-/// physics reports, and a centre nearer to a frame's boxes than the vehicle's radius. After the race is decided,
-/// updates change nothing. Thread-safe: no.   Real-time safe: yes, but for the sentence.
+/// A lap is every passage once, in order; after the last one of a lap comes the first one again, whether the course is
+/// closed or open. Per update, the segment from the last to the new position is held against the plane of each gate
+/// that stands there (x = 0 in G). Through the opening means transverse distance < inner_half_m: of the expected gate
+/// the way the passage goes it is a pass, the other way the wrong direction, of any other gate the wrong gate. Touched
+/// is whatever the physics reports, and a centre nearer to a frame's boxes than the vehicle's radius. After the race is
+/// decided, updates change nothing.
+///
+/// Waypoints are numbered by their place in the lap, from 0 (in sentences from 1: "gate 3" is the third to be passed).
+/// A gate that several waypoints pass is called by the one that is next when it is that one, else by the one just
+/// passed, else by the first. Thread-safe: no.   Real-time safe: yes, but for the sentence.
 class Referee {
  public:
-  /// @param world    true gates, in the order of the course
-  /// @param p_WB     where the vehicle starts
-  Referee(const scene::World& world, const Rules& rules, const Eigen::Vector3d& p_WB);
+  /// @param world     true gates, each once
+  /// @param passages  of a lap, at least one; their gates are in the world
+  /// @param p_WB      where the vehicle starts
+  Referee(const scene::World& world, std::vector<scene::Passage> passages, const Rules& rules,
+          const Eigen::Vector3d& p_WB);
 
   /// @param time  since the start of the race, rising
   void update(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& v_WB,
@@ -81,8 +88,8 @@ class Referee {
   const std::vector<Pass>& passes() const noexcept { return passes_; }
   /// Per finished lap; the first one counts from the start of the race.
   std::vector<double> lap_times_s() const;
-  int expected_gate() const noexcept;  ///< index into the world's gates
-  /// The gate (or the obstacle, when it touched one) that the race was lost to, by index; -1: none was.
+  int expected_waypoint() const noexcept;  ///< place in the lap of the passage that is next
+  /// The waypoint (or the obstacle, when it touched one) that the race was lost to, by index; -1: none was.
   int culprit() const noexcept { return culprit_; }
   int lap() const noexcept;  ///< from 0
   int gates_total() const noexcept;
@@ -94,9 +101,12 @@ class Referee {
  private:
   void judge_planes(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& v_WB);
   void judge_frames(const Eigen::Vector3d& p_WB);
-  void decide(Outcome outcome, int gate = -1) noexcept;
+  void decide(Outcome outcome, int culprit = -1) noexcept;
+  const scene::Passage& expected() const noexcept;
+  int waypoint_of(std::size_t gate) const noexcept;
 
   std::vector<scene::Gate> gates_;
+  std::vector<scene::Passage> passages_;
   std::vector<std::vector<scene::Box>> frames_;
   Rules rules_;
   Eigen::Vector3d last_p_WB_;
@@ -104,7 +114,7 @@ class Referee {
   Stamp anchor_time_{0};
   Stamp last_pass_time_{0};
   Stamp time_{0};
-  bool passed_by_ = false;  ///< crossed the expected gate's plane beside it, forwards
+  bool passed_by_ = false;  ///< crossed the expected gate's plane beside it, the way the passage goes
   std::vector<Pass> passes_;
   Outcome outcome_ = Outcome::kRunning;
   int culprit_ = -1;

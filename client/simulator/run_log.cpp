@@ -26,6 +26,8 @@ std::string summarize(const Report& report) {
   std::string out;
   const bool real_time = report.timing == protocol::Timing::kRealTime;
   add(&out, "Result        {}\n", report.sentence);
+  for (const std::string& problem : report.problems) add(&out, "Problem       {}\n", problem);
+  add(&out, "Seeds         world {}, planner {}\n", report.seed, report.planner_seed);
   add(&out, "Gates         {} of {} passed\n", report.passes.size(), report.gates_total);
   add(&out, "Lap times    ");
   for (const double lap_s : report.lap_times_s) add(&out, " {:.2f} s", lap_s);
@@ -69,8 +71,8 @@ Status write_csv(const std::filesystem::path& file, const Report& report) {
       add(&out, "{:.4f},{:.4f},{:.4f},{:.4f},", values[0], values[1], values[2], values[3]);
     const auto& health = sample.health;
     add(&out, "{},{},{},{},{:.4f},{:.4f},{:.6f},{:.1f},{}\n",
-        sample.setpoint.source == sdk::Setpoint::Source::kPlan ? "plan" : "fallback", sample.expected_gate, sample.lap,
-        health.target_waypoint, health.lowest_field_m, health.latent_age_s, health.solve_time_s,
+        sample.setpoint.source == sdk::Setpoint::Source::kPlan ? "plan" : "fallback", sample.expected_waypoint,
+        sample.lap, health.target_waypoint, health.lowest_field_m, health.latent_age_s, health.solve_time_s,
         health.effective_samples, health.degraded ? 1 : 0);
   }
   return write_file(file, out);

@@ -8,6 +8,7 @@
 #include "client/simulator/referee.h"
 #include "common/protocol/messages.h"
 #include "common/scene/depth_camera.h"
+#include "common/scene/world.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::simulator {
@@ -17,7 +18,7 @@ struct Sample {
   double t_s = 0.0;  ///< since the start of the race
   QuadrotorState state;
   sdk::Setpoint setpoint;
-  int expected_gate = 0;  ///< what the referee waits for
+  int expected_waypoint = 0;  ///< what the referee waits for, index into the course
   int lap = 0;
   protocol::PlannerHealth health;  ///< of the newest command
 };
@@ -27,13 +28,16 @@ struct Snapshot {
   scene::DepthImage depth;
   CameraModel camera;
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< true pose of the camera at capture
-  int gate = 0;                                            ///< the gate ahead, index into the world
+  int waypoint = 0;                                        ///< the one ahead, index into the course
+  scene::Gate gate;                                        ///< that waypoint's gate as it truly stands, x along the way
   double t_s = 0.0;
 };
 
 /// Everything a race leaves behind.
 struct Report {
   protocol::Timing timing = protocol::Timing::kLockstep;
+  std::uint64_t seed = 1;          ///< of the true world
+  std::uint64_t planner_seed = 1;  ///< that the planner was told
   Outcome outcome = Outcome::kRunning;
   std::string sentence;
   std::vector<Pass> passes;
@@ -43,7 +47,7 @@ struct Report {
   double top_speed_m_s = 0.0;
   double mean_speed_m_s = 0.0;
   double clearance_m = 0.0;  ///< smallest distance of the hull to a frame
-  int culprit_gate = -1;     ///< what the race was lost to: index of the gate (or of the obstacle, when it touched one)
+  int culprit = -1;  ///< what the race was lost to: index of the waypoint (of the obstacle, when it touched one)
   QuadrotorState end_state;  ///< where it ended
   int contacts = 0;          ///< 0 or 1: the first contact ends the race
   double fallback_s = 0.0;   ///< time flown without a valid plan
@@ -63,11 +67,14 @@ struct Report {
   std::uint64_t loop_misses = 0;  ///< steps begun more than 1 ms late
   double loop_worst_s = 0.0;
 
+  /// What the server told of the flight's health, for people: a sentence each, in the order of telling.
+  std::vector<std::string> problems;
+
   std::vector<Sample> samples;  ///< every 10 ms
   std::optional<Snapshot> snapshot;
 };
 
-/// The summary for people, several lines, ending with a line break.
+/// The summary for people, several lines, ending with a line break; problems come right after the result.
 std::string summarize(const Report& report);
 
 /// The run as comma-separated values: a header line with names and units, then one line per sample.

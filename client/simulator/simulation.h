@@ -36,7 +36,7 @@ struct Progress {
   double race_time_s = 0.0;
   int lap = 0;
   int laps = 0;
-  int gate = 0;   ///< expected next, index
+  int gate = 0;   ///< expected next, index of the waypoint
   int gates = 0;  ///< per lap
   double speed_m_s = 0.0;
 };
@@ -51,9 +51,9 @@ Status validate(const Options& options);
 /// answer is waited for, then 1 ms steps of play() and the plant until the next period. Same scenario and seed and same
 /// answers: same race.
 ///
-/// Real time: the plant runs at 1x on the calling thread against the monotonic clock; frames are rendered and sent by a
-/// second thread, so that a slow image never holds up the plant. The vehicle is held at the start until the first plan
-/// arrives; then the race's clock starts.
+/// Real time: the plant runs at 1x on the calling thread against the monotonic clock, in the loop of any vehicle
+/// (client/flight/loop.h); frames are rendered and sent by a second thread, so that a slow image never holds up the
+/// plant. The vehicle is held at the start until the first plan arrives; then the race's clock starts.
 ///
 /// @param stop  becomes true when a person ends the race; it then ends within 0.3 s as kInterrupted.
 /// @param on_progress  may be empty; about ten times a second, never on the plant's thread in real time.

@@ -85,16 +85,25 @@ void draw_world(Canvas* canvas, const View& view, const scene::World& world) {
 }
 
 void draw_nominal(Canvas* canvas, const View& view, const config::Track& track) {
-  for (const auto& waypoint : track.course.waypoints) {
-    if (!view.shows(waypoint.p_W)) continue;
-    const Eigen::Vector2d p = view(waypoint.p_W);
+  std::size_t drawn = 0;  // gates so far; they are numbered in the order of first passage
+  for (std::size_t i = 0; i < track.course.waypoints.size(); ++i) {
+    if (gate_index(track.course, i) < drawn) continue;
+    ++drawn;
+    const Eigen::Vector3d& p_W = track.course.waypoints[i].p_W;
+    if (!view.shows(p_W)) continue;
+    const Eigen::Vector2d p = view(p_W);
     canvas->circle(p, 6, kNominal, 2);
     canvas->line(p - Eigen::Vector2d(3, 0), p + Eigen::Vector2d(3, 0), kNominal, 1.5);
     canvas->line(p - Eigen::Vector2d(0, 3), p + Eigen::Vector2d(0, 3), kNominal, 1.5);
   }
 }
 
-void draw_numbers(Canvas* canvas, const View& view, const scene::World& world) {
+void draw_numbers(Canvas* canvas, const View& view, const scene::World& world, const Course& course) {
+  std::vector<std::string> numbers(world.gates.size());
+  for (std::size_t i = 0; i < course.waypoints.size(); ++i) {
+    std::string& of_gate = numbers[gate_index(course, i)];
+    of_gate += (of_gate.empty() ? "" : ", ") + std::to_string(i + 1);
+  }
   for (std::size_t i = 0; i < world.gates.size(); ++i) {
     const auto& gate = world.gates[i];
     if (!view.shows(gate.X_WG.translation())) continue;
@@ -102,7 +111,7 @@ void draw_numbers(Canvas* canvas, const View& view, const scene::World& world) {
     const Eigen::Vector2d at = view(gate.X_WG * p_G)
                                    .cwiseMax(view.top_left() + Eigen::Vector2d(14, 14))
                                    .cwiseMin(view.bottom_right() - Eigen::Vector2d(14, 14));
-    canvas->text(std::to_string(i + 1), at + Eigen::Vector2d(0, 7), 14, kInk, Align::kCenter, true);
+    canvas->text(numbers[i], at + Eigen::Vector2d(0, 7), 14, kInk, Align::kCenter, true);
   }
 }
 

@@ -68,9 +68,10 @@ void fill_opening(Canvas* canvas, const View& view, const scene::Gate& gate, dou
 
 /// Obstacles and true gates, their openings in green. Gates that the view doesn't show are left out.
 void draw_world(Canvas* canvas, const View& view, const scene::World& world);
+/// Where the gates nominally are, each once.
 void draw_nominal(Canvas* canvas, const View& view, const config::Track& track);
-/// Each gate's number, to the right of who passes it.
-void draw_numbers(Canvas* canvas, const View& view, const scene::World& world);
+/// Each gate's numbers in the lap, to the right of who passes it first: "2", or "1, 3" of one that is passed twice.
+void draw_numbers(Canvas* canvas, const View& view, const scene::World& world, const Course& course);
 void draw_start(Canvas* canvas, const View& view, const config::Track& track);
 
 }  // namespace gatefield::simulator

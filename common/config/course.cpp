@@ -1,18 +1,19 @@
 #include "common/config/course.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <sstream>
 
 #include "common/config/course.pb.h"
+#include "common/config/gate_spec.h"
 #include "common/config/text_file.h"
-#include "common/protocol/validate.h"
 
 namespace gatefield::config {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kLargestCoordinate_m = 10000.0;
+constexpr double kMaxCoordinate_m = 10000.0;
 
 Eigen::Vector3d to_vector(const Vector& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -30,15 +31,16 @@ Status check_number(const std::string& field, double value, double low, double h
 }
 
 Status check_point(const std::string& field, const Eigen::Vector3d& p) {
-  if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kLargestCoordinate_m) return {};
+  if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kMaxCoordinate_m) return {};
   return Error{field + " is " + text(p) + ", expected finite coordinates within 10 km"};
 }
 
-GateShape::Opening opening_of(GateSpec::Opening opening) {
-  return opening == GateSpec::ROUND ? GateShape::Opening::kRound : GateShape::Opening::kSquare;
+Status check_gate(const std::string& field, const GateSpec& spec) {
+  if (auto status = validate(to_shape(spec)); !status) return status.failure().within(field, field);
+  return check_number(field + "gate.reflectance", spec.reflectance(), 0, 1, "");
 }
 
-Status add_waypoint(const WaypointSpec& spec, const std::string& field, const GateShape& gate, Course* course) {
+Status add_waypoint(const WaypointSpec& spec, const std::string& field, const GateSpec& gate, Track* track) {
   Waypoint waypoint;
   waypoint.p_W = to_vector(spec.position());
   if (auto status = check_point(field + ".position", waypoint.p_W); !status) return status;
@@ -53,10 +55,47 @@ Status add_waypoint(const WaypointSpec& spec, const std::string& field, const Ga
       return Error{field + ".direction is " + text(direction) + ", expected a finite vector that is not zero"};
     waypoint.direction_W = direction.normalized();
   }
-  waypoint.gate = gate;
-  if (spec.has_opening()) waypoint.gate.opening = opening_of(spec.opening());
-  course->waypoints.push_back(waypoint);
+  if (spec.has_gate() && spec.has_opening())
+    return Error{field + " has both opening and gate, expected at most one of them: a gate says its opening itself"};
+  waypoint.gate = to_shape(spec.has_gate() ? spec.gate() : gate);
+  if (spec.has_opening()) waypoint.gate.opening = to_opening(spec.opening());
+  if (spec.has_gate())
+    if (auto status = check_gate(field + ".", spec.gate()); !status) return status;
+  waypoint.gate_id = spec.gate_id();
+  track->course.waypoints.push_back(waypoint);
+  track->gate_reflectance.push_back(
+      static_cast<float>(spec.gate().has_reflectance() ? spec.gate().reflectance() : gate.reflectance()));
   return {};
+}
+
+/// Could these two be passages of one gate? As validate(Course) has it of waypoints that name one: the same place,
+/// shape and axis, either way.
+bool same_gate(Waypoint a, Waypoint b) {
+  a.gate_id = b.gate_id = 1;
+  Course both;
+  both.waypoints = {a, b};
+  return validate(both).ok();
+}
+
+/// A number that no waypoint names a gate by.
+std::uint32_t unused_id(const std::vector<Waypoint>& waypoints) {
+  std::uint32_t id = 1;
+  while (std::any_of(waypoints.begin(), waypoints.end(), [id](const Waypoint& w) { return w.gate_id == id; })) ++id;
+  return id;
+}
+
+/// Gives waypoints without an id that share a place, shape and axis with an earlier one that waypoint's gate.
+void name_shared_gates(std::vector<Waypoint>* waypoints) {
+  for (std::size_t i = 1; i < waypoints->size(); ++i) {
+    Waypoint& waypoint = (*waypoints)[i];
+    if (waypoint.gate_id != 0) continue;
+    const auto end = waypoints->begin() + static_cast<std::ptrdiff_t>(i);
+    const auto first =
+        std::find_if(waypoints->begin(), end, [&](const Waypoint& earlier) { return same_gate(earlier, waypoint); });
+    if (first == end) continue;
+    if (first->gate_id == 0) first->gate_id = unused_id(*waypoints);
+    waypoint.gate_id = first->gate_id;
+  }
 }
 
 Status add_clutter(const CourseFile& spec, std::vector<scene::Box>* clutter) {
@@ -120,27 +159,30 @@ Status convert(const CourseFile& spec, Track* track) {
   if (spec.waypoint_size() < 1 || spec.waypoint_size() > kMaxWaypoints)
     return Error{"waypoint is given " + std::to_string(spec.waypoint_size()) + " times, expected 1 to " +
                  std::to_string(kMaxWaypoints)};
-  GateShape gate;
-  gate.opening = opening_of(spec.gate().opening());
-  gate.inner_half_m = spec.gate().inner_half_m();
-  gate.outer_half_m = spec.gate().outer_half_m();
-  gate.thickness_m = spec.gate().thickness_m();
-  if (auto status = validate(gate); !status) return status;
+  if (auto status = check_gate("", spec.gate()); !status) return status;
   for (int i = 0; i < spec.waypoint_size(); ++i)
-    if (auto status = add_waypoint(spec.waypoint(i), "waypoint[" + std::to_string(i) + "]", gate, &track->course);
+    if (auto status = add_waypoint(spec.waypoint(i), "waypoint[" + std::to_string(i) + "]", spec.gate(), track);
         !status)
       return status;
   if (auto status = check_number("laps", spec.laps(), 1, kMaxLaps, ""); !status) return status;
   track->course.laps = spec.laps();
   track->course.closed = spec.closed();
-  if (auto status = check_number("gate.reflectance", spec.gate().reflectance(), 0, 1, ""); !status) return status;
-  track->gate_reflectance = static_cast<float>(spec.gate().reflectance());
   for (std::size_t i = 0; i < track->course.waypoints.size(); ++i) {
     auto& waypoint = track->course.waypoints[i];
     if (waypoint.direction_W.isZero()) waypoint.direction_W = passing_direction(track->course, i);
     if (waypoint.direction_W.isZero())
       return Error{"waypoint[" + std::to_string(i) +
                    "] has no neighbours to take its direction from, expected yaw_deg or direction"};
+  }
+  name_shared_gates(&track->course.waypoints);
+  track->has_floor = spec.has_floor();
+  if (track->has_floor) {
+    if (auto status = check_number("floor.z", spec.floor().z(), -kMaxCoordinate_m, kMaxCoordinate_m, " m"); !status)
+      return status;
+    if (auto status = check_number("floor.reflectance", spec.floor().reflectance(), 0, 1, ""); !status) return status;
+    track->floor_z_m = spec.floor().z();
+    track->course.floor_z_m = track->floor_z_m;
+    track->floor_reflectance = static_cast<float>(spec.floor().reflectance());
   }
   if (auto status = validate(track->course); !status) return status;
 
@@ -159,15 +201,6 @@ Status convert(const CourseFile& spec, Track* track) {
                  ", expected every coordinate at least 0.5 m above flight_volume.min, " + text(low)};
   track->flight_volume = Eigen::AlignedBox3d(low, high);
 
-  track->has_floor = spec.has_floor();
-  if (track->has_floor) {
-    if (auto status = check_number("floor.z", spec.floor().z(), -kLargestCoordinate_m, kLargestCoordinate_m, " m");
-        !status)
-      return status;
-    if (auto status = check_number("floor.reflectance", spec.floor().reflectance(), 0, 1, ""); !status) return status;
-    track->floor_z_m = spec.floor().z();
-    track->floor_reflectance = static_cast<float>(spec.floor().reflectance());
-  }
   if (auto status = add_clutter(spec, &track->clutter); !status) return status;
   return check_places(*track);
 }
@@ -176,14 +209,35 @@ Status convert(const CourseFile& spec, Track* track) {
 
 scene::World nominal_world(const Track& track) {
   scene::World world;
-  for (std::size_t i = 0; i < track.course.waypoints.size(); ++i)
+  for (std::size_t i = 0; i < track.course.waypoints.size(); ++i) {
+    if (gate_index(track.course, i) < world.gates.size()) continue;  // it stands there already
+    const float reflectance = i < track.gate_reflectance.size() ? track.gate_reflectance[i] : scene::Gate{}.reflectance;
     world.gates.push_back({gate_pose(track.course.waypoints[i].p_W, passing_direction(track.course, i)),
-                           track.course.waypoints[i].gate, track.gate_reflectance});
+                           track.course.waypoints[i].gate, reflectance});
+  }
   world.boxes = track.clutter;
   world.has_floor = track.has_floor;
   world.floor_z_m = track.floor_z_m;
   world.floor_reflectance = track.floor_reflectance;
   return world;
+}
+
+std::vector<scene::Passage> passages(const Course& course) {
+  std::vector<scene::Passage> passages;
+  std::vector<Eigen::Vector3d> axes_W;  // of each gate, by its first passage
+  for (std::size_t i = 0; i < course.waypoints.size(); ++i) {
+    const std::size_t gate = gate_index(course, i);
+    const Eigen::Vector3d direction_W = passing_direction(course, i);
+    if (gate == axes_W.size()) axes_W.push_back(direction_W);
+    passages.push_back({gate, direction_W.dot(axes_W[gate]) > 0});
+  }
+  return passages;
+}
+
+std::vector<scene::Gate> gates_by_waypoint(const scene::World& world, const Course& course) {
+  std::vector<scene::Gate> gates;
+  for (const scene::Passage& passage : passages(course)) gates.push_back(scene::as_passed(world, passage));
+  return gates;
 }
 
 Result<Track> load_track(const std::filesystem::path& file) {

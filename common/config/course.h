@@ -15,8 +15,10 @@ namespace gatefield::config {
 /// rest).
 struct Track {
   std::string title;
-  Course course;  ///< directions are filled in, also where the file leaves them out
-  float gate_reflectance = 0.7f;
+  /// Directions are filled in, also where the file leaves them out, the floor's height, and gate ids where waypoints
+  /// share a place.
+  Course course;
+  std::vector<float> gate_reflectance;  ///< by waypoint
   Eigen::Vector3d start_p_WB = Eigen::Vector3d::Zero();
   double start_yaw_rad = 0.0;
   Eigen::AlignedBox3d flight_volume;
@@ -26,12 +28,20 @@ struct Track {
   float floor_reflectance = 0.6f;
 };
 
-/// Reads a course file (schema: course.proto) and checks it: 1 to 64 waypoints, gate shape, waypoints and start inside
+/// Reads a course file (schema: course.proto) and checks it: 1 to 64 waypoints, gate shapes, waypoints and start inside
 /// the flight volume, gates above the floor. The sentence names file, field, value and what was expected. Thread-safe:
 /// yes.   Real-time safe: no.
 Result<Track> load_track(const std::filesystem::path& file);
 
-/// The world as the course file has it: gates at their nominal poses.
+/// The world as the course file has it: each physical gate once, numbered as gate_index() has it, at its nominal pose
+/// as the first waypoint that passes it says.
 scene::World nominal_world(const Track& track);
+
+/// What a lap passes, one per waypoint: the gate of nominal_world() or perturbed_world(), and whether along its x axis,
+/// which is the direction of the first waypoint that passes it.
+std::vector<scene::Passage> passages(const Course& course);
+
+/// The gates as they are passed, one per waypoint: scene::as_passed() of each of passages().
+std::vector<scene::Gate> gates_by_waypoint(const scene::World& world, const Course& course);
 
 }  // namespace gatefield::config

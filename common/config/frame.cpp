@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/config/frame.pb.h"
+#include "common/config/gate_spec.h"
 #include "common/config/text_file.h"
 
 namespace gatefield::config {
@@ -57,11 +58,7 @@ Result<SavedFrame> load_frame(const std::filesystem::path& file) {
                    Error{"has only one of gate and gate_pose, expected both or none", ErrorCode::kInvalid, "gate"});
   if (spec.has_gate()) {
     SavedFrame::TrueGate gate;
-    gate.shape.opening =
-        spec.gate().opening() == GateSpec::ROUND ? GateShape::Opening::kRound : GateShape::Opening::kSquare;
-    gate.shape.inner_half_m = spec.gate().inner_half_m();
-    gate.shape.outer_half_m = spec.gate().outer_half_m();
-    gate.shape.thickness_m = spec.gate().thickness_m();
+    gate.shape = to_shape(spec.gate());
     if (auto status = validate(gate.shape); !status) return in_file(file, status.failure());
     const auto X_WG = get_pose(spec.gate_pose(), "gate_pose");
     if (!X_WG) return in_file(file, X_WG.failure());
@@ -85,11 +82,7 @@ std::string frame_text(const SavedFrame& frame) {
   camera.set_max_depth_m(frame.camera.max_depth_m);
   put_pose(frame.X_WC, spec.mutable_camera_pose());
   if (frame.gate) {
-    spec.mutable_gate()->set_opening(frame.gate->shape.opening == GateShape::Opening::kRound ? GateSpec::ROUND
-                                                                                             : GateSpec::SQUARE);
-    spec.mutable_gate()->set_inner_half_m(frame.gate->shape.inner_half_m);
-    spec.mutable_gate()->set_outer_half_m(frame.gate->shape.outer_half_m);
-    spec.mutable_gate()->set_thickness_m(frame.gate->shape.thickness_m);
+    put_shape(frame.gate->shape, spec.mutable_gate());
     put_pose(frame.gate->X_WG, spec.mutable_gate_pose());
   }
   spec.set_time_s(frame.time_s);

@@ -61,6 +61,7 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
     if (auto status = validate(scenario->vehicle.camera); !status) return status;
   }
   scenario->seed = spec.seed();
+  if (spec.has_planner_seed()) scenario->planner_seed = spec.planner_seed();
   if (auto status = check("time_limit_s", spec.time_limit_s(), 1, 86400, " s"); !status) return status;
   scenario->time_limit = from_seconds(spec.time_limit_s());
   return {};

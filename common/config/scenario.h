@@ -50,9 +50,18 @@ struct Scenario {
   std::optional<scene::StereoOptions> stereo;  ///< set: this sensor, and no sensor_noise
   StateNoise state_noise;
   Mismatch mismatch;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;                     ///< of the true world: gates, noise, link
+  std::optional<std::uint64_t> planner_seed;  ///< of the planner's sampling, when the file or a person says it
   std::chrono::nanoseconds time_limit = std::chrono::seconds(120);
 };
+
+/// The planner's seed where nobody says one. The one place that decides it.
+constexpr std::uint64_t default_planner_seed(std::uint64_t world_seed) noexcept { return world_seed; }
+
+/// The seed that the planner is told: its own, or the one that goes with the world's.
+inline std::uint64_t planner_seed_of(const Scenario& scenario) noexcept {
+  return scenario.planner_seed.value_or(default_planner_seed(scenario.seed));
+}
 
 /// Reads a scenario file (schema: scenario.proto) with the course and vehicle it names, and checks all three.
 /// The sentence names file, field, value and what was expected.
@@ -77,7 +86,8 @@ Status validate(const Mismatch& mismatch);
 /// Streams of gatefield::Random that a race draws from; each use has its own, so that none depends on another.
 enum class Stream : std::uint64_t { kPerturbation = 1, kSensorNoise = 2, kStateNoise = 3, kLink = 4 };
 
-/// The true world. Per gate, from Random(seed, kPerturbation), each draw made whether or not its magnitude is zero, so
+/// The true world. Per gate that stands there (one that is passed several times is drawn once), in the order of first
+/// passage, from Random(seed, kPerturbation), each draw made whether or not its magnitude is zero, so
 /// that one magnitude does not change what another one gives:
 ///   - displaced by exactly position_m in a horizontal direction uniform over the circle,
 ///   - moved up or down, uniform in [-height_m, height_m] (kept above the floor),

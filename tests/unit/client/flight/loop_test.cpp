@@ -116,7 +116,7 @@ class FakeVehicle final : public StateSource, public Actuator, public Observer {
  public:
   int steps_left = 1000;
   Stamp own_period = 1ms;
-  Actuation actuation = Actuation::kRotorThrustRates;
+  SetpointPart part = SetpointPart::kRotorThrustRates;
   Stamp state_every{1};          ///< its states have stamps that are multiples of this
   Stamp first_state = Stamp{0};  ///< nothing is known before
   std::vector<Stamp> applied, held;
@@ -135,7 +135,7 @@ class FakeVehicle final : public StateSource, public Actuator, public Observer {
     state.thrust_known = false;
     return state;
   }
-  Actuation accepts() const noexcept override { return actuation; }
+  SetpointPart accepts() const noexcept override { return part; }
   Stamp period() const noexcept override { return own_period; }
   void apply(Stamp now, const sdk::Setpoint&) noexcept override { applied.push_back(now); }
   void hold(Stamp now) noexcept override { held.push_back(now); }
@@ -282,10 +282,10 @@ TEST_F(FlightLoop, WhatTheRotorsWereAskedForGoesBackUnlessTheVehicleKnowsIt) {
   run();
   for (const auto& sent : client.sent) EXPECT_EQ(sent.state.thrust_command_n[0], -1.0) << "it integrates the rates";
 
-  for (const Actuation kind : {Actuation::kRotorThrusts, Actuation::kCollectiveAndBodyRates}) {
+  for (const SetpointPart kind : {SetpointPart::kRotorThrusts, SetpointPart::kCollectiveAndBodyRates}) {
     FakeClient other(clock);
     other.plans_from = clock.now();
-    vehicle.actuation = kind;
+    vehicle.part = kind;
     vehicle.steps_left = 50;
     run_loop({&vehicle, nullptr, &vehicle, &vehicle}, &other, options, &clock, stop);
     ASSERT_GE(other.sent.size(), 3u);

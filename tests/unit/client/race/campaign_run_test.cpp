@@ -83,6 +83,23 @@ TEST_F(CampaignRun, ChangedProfilesModelsAndScenariosAreNotMixed) {
   EXPECT_FALSE(plan_run(campaign_, request_).ok());
 }
 
+TEST_F(CampaignRun, AnotherSeedOfThePlannerIsAnotherFlight) {
+  request_.limit = 1;
+  fly();
+  request_.selection.planner_seed = 99;
+  EXPECT_THAT(plan_run(campaign_, request_).error(), HasSubstr("'a at 6 m/s, seed 5' was flown with another program"));
+  request_.folder = folder_.path() / "other";
+  fly();
+  EXPECT_EQ(read_trials(request_.folder)->front().planner_seed, 99u);
+}
+
+TEST_F(CampaignRun, TheServerOfTruePosesTakesNoSeedOfItsOwn) {
+  campaign_.cells[0].perception = Perception::kTruePose;
+  EXPECT_EQ(left(), 12u);
+  request_.selection.planner_seed = 99;
+  EXPECT_THAT(plan_run(campaign_, request_).error(), HasSubstr("planner_seed is 99 in 'a at 6 m/s, seed 5'"));
+}
+
 TEST_F(CampaignRun, AProfileOrModelThatIsNotThereIsSaidBeforeAnythingFlies) {
   campaign_.cells[1].profile = "warp";
   EXPECT_THAT(plan_run(campaign_, request_).error(), HasSubstr("cell 'b': profile is 'warp', expected one of"));

@@ -18,25 +18,25 @@ class Causes : public testing::Test {
  protected:
   Causes() {
     const auto scenario = config::load_scenario(config::find_config("scenarios", "circle").value()).value();
-    world_ = config::nominal_world(scenario.track);
+    gates_ = config::gates_by_waypoint(config::nominal_world(scenario.track), scenario.track.course);
     report_.outcome = Outcome::kTouchedGate;
-    report_.culprit_gate = 1;
+    report_.culprit = 1;
     report_.race_time_s = 1.0;
     report_.samples.resize(1);
-    report_.samples[0].expected_gate = 1;
+    report_.samples[0].expected_waypoint = 1;
     for (int i = 0; i < 50; ++i) {
       trace::Step step;
       step.stamp = simulator::kLockstepEpoch + std::chrono::milliseconds(20 * i);
       step.waypoint = 1;
       step.seen = true;
-      step.center_W = world_.gates[1].X_WG.translation();
-      step.axis_W = world_.gates[1].X_WG.linear().col(0);
+      step.center_W = gates_[1].X_WG.translation();
+      step.axis_W = gates_[1].X_WG.linear().col(0);
       trace_.push_back(step);
     }
   }
-  Diagnosis diagnosis() const { return diagnose(report_, trace_, world_); }
+  Diagnosis diagnosis() const { return diagnose(report_, trace_, gates_); }
 
-  scene::World world_;
+  std::vector<scene::Gate> gates_;
   simulator::Report report_;
   std::vector<trace::Step> trace_;
 };
@@ -44,7 +44,7 @@ class Causes : public testing::Test {
 TEST_F(Causes, AKnownGateThatIsHitIsControls) {
   const Diagnosis found = diagnosis();
   EXPECT_EQ(found.cause, Cause::kControl);
-  EXPECT_EQ(found.gate, 1);
+  EXPECT_EQ(found.waypoint, 1);
   EXPECT_NEAR(found.center_error_m, 0.0, 1e-9);
   EXPECT_NEAR(found.seen_before_s, 1.0, 1e-6);
   report_.outcome = Outcome::kMissedGate;
@@ -64,7 +64,7 @@ TEST_F(Causes, OnlyTheLastMomentsAreJudged) {
 
 TEST_F(Causes, AGateBelievedTurnedIsPerceptionsFromEitherSide) {
   for (auto& step : trace_)
-    step.axis_W = Eigen::AngleAxisd(2.5, Eigen::Vector3d::UnitZ()) * world_.gates[1].X_WG.linear().col(0);
+    step.axis_W = Eigen::AngleAxisd(2.5, Eigen::Vector3d::UnitZ()) * gates_[1].X_WG.linear().col(0);
   EXPECT_EQ(diagnosis().cause, Cause::kPerceptionWrong);
   EXPECT_NEAR(diagnosis().axis_error_rad, M_PI - 2.5, 1e-9);
 }
@@ -90,11 +90,11 @@ TEST_F(Causes, TimeAndVolumeAreTheReferees) {
 }
 
 TEST_F(Causes, AFrameTouchedOnTheWayOutIsJudgedByTheBeliefBeforeThePass) {
-  report_.samples[0].expected_gate = 2;
+  report_.samples[0].expected_waypoint = 2;
   report_.passes.push_back({std::chrono::milliseconds(900), 0, 1, 0.3, 8.0});
   for (std::size_t i = 46; i < trace_.size(); ++i) trace_[i].waypoint = 2;
   EXPECT_EQ(diagnosis().cause, Cause::kControl);
-  EXPECT_EQ(diagnosis().gate, 1);
+  EXPECT_EQ(diagnosis().waypoint, 1);
 }
 
 TEST_F(Causes, WonRacesHaveNoneAndUnrecordedOnesSaySo) {

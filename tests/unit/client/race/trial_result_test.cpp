@@ -10,12 +10,12 @@ namespace {
 TEST(Failures, AreSortedByWhatHappened) {
   simulator::Report report;
   report.passes.resize(2);
-  report.passes.back().gate = 1;
+  report.passes.back().waypoint = 1;
   report.samples.resize(1);
-  report.samples.back().expected_gate = 2;
+  report.samples.back().expected_waypoint = 2;
   const auto kind = [&](simulator::Outcome outcome, int culprit = -1) {
     report.outcome = outcome;
-    report.culprit_gate = culprit;
+    report.culprit = culprit;
     return failure_of(report);
   };
   using simulator::Outcome;

@@ -34,13 +34,13 @@ TEST(TrialLine, ComesBackAsItWas) {
   EXPECT_TRUE(std::isnan(again->clearance_m));
   EXPECT_EQ(trial_name(*again), "b at 7.25 m/s, seed 6");
   const std::string header = csv_header();
-  EXPECT_EQ(std::count(header.begin(), header.end(), ','), 34);
+  EXPECT_EQ(std::count(header.begin(), header.end(), ','), 35);
 }
 
 TEST(TrialLine, WhatIsWrongIsNamed) {
   const Campaign campaign = campaign_of(kTwoCells);
   const std::string line = csv_line(result_of({&campaign.cells[0], 6, 7}));
-  EXPECT_THAT(parse_csv_line("a,b").error(), HasSubstr("2 columns, expected 35"));
+  EXPECT_THAT(parse_csv_line("a,b").error(), HasSubstr("2 columns, expected 36"));
   std::string bad = line;
   bad.replace(bad.find(",7,"), 3, ",x,");
   EXPECT_THAT(parse_csv_line(bad).error(), HasSubstr("seed is 'x'"));

@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "client/race/trial_result.h"
 #include "tests/unit/client/race/fixtures.h"
 
 namespace gatefield::race {
@@ -74,6 +75,25 @@ TEST(Trials, ACellOfOneSeedKeepsIt) {
   EXPECT_EQ(trials[0].seed, 100u);
   EXPECT_EQ(trials[1].seed, 7u);
   EXPECT_EQ(trials[2].seed, 101u);
+}
+
+TEST(Trials, ThePlannersSeedIsThePersonsElseTheCellsElseGoesWithTheWorlds) {
+  const Campaign campaign = campaign_of(R"(
+    defaults { scenario: "circle" seeds { first: 8 last: 8 } speed_m_s: 5 }
+    cell { name: "none" } cell { name: "said" planner_seed: 77 }
+  )");
+  const auto trials = trials_of(campaign);
+  EXPECT_EQ(trials[0].seed_of_planner(), config::default_planner_seed(8));
+  EXPECT_EQ(trials[1].seed_of_planner(), 77u);
+  Selection selection;
+  selection.planner_seed = 5;
+  for (const Trial& trial : trials_of(campaign, selection)) {
+    EXPECT_EQ(trial.seed, 8u);
+    EXPECT_EQ(trial.seed_of_planner(), 5u);
+    EXPECT_EQ(result_of(trial).planner_seed, 5u);
+    EXPECT_THAT(reproduce_command(trial), HasSubstr(" --seed 8 --speed 5 --profile race --planner-seed 5"));
+  }
+  EXPECT_THAT(reproduce_command(trials[1]), testing::Not(HasSubstr("planner-seed"))) << "its scenario says it";
 }
 
 TEST(ShardText, IsIndexAndCount) {

@@ -84,6 +84,18 @@ TEST_F(Outputs, ARaceThatEndsAtOnceStillGivesAPicture) {
   EXPECT_FALSE(cv::imread((folder_ / "nothing.png").string()).empty());
 }
 
+TEST_F(Outputs, AGateThatIsPassedTwiceIsDrawn) {
+  const auto scenario = config::load_scenario(config::find_config("scenarios", "there-and-back").value());
+  ASSERT_TRUE(scenario.ok()) << scenario.error();
+  Report lost;
+  lost.sentence = "touched the frame of gate 3";
+  lost.outcome = Outcome::kTouchedGate;
+  lost.culprit = 2;
+  EXPECT_TRUE(write_flight_picture(folder_ / "twice.png", *scenario, lost, "").ok());
+  EXPECT_TRUE(write_end_picture(folder_ / "end.png", *scenario, lost, {}, lost.culprit, "", "").ok());
+  EXPECT_GT(colors_in(cv::imread((folder_ / "twice.png").string())), 20u);
+}
+
 TEST_F(Outputs, SeveralFlightsShareAPicture) {
   FlownPath one{1, true, {}};
   for (const auto& sample : report_->samples)
@@ -155,11 +167,12 @@ TEST_F(Outputs, TheDepthPictureIsNotBlank) {
 TEST_F(Outputs, ASavedFrameReadsBackAndShowsTheGateWhereItIs) {
   const auto world = config::perturbed_world(scenario_->track, scenario_->perturbation, scenario_->seed);
   ASSERT_TRUE(report_->snapshot);
-  ASSERT_TRUE(save_frame(folder_ / "frame", *report_->snapshot, world).ok());
+  ASSERT_TRUE(save_frame(folder_ / "frame", *report_->snapshot).ok());
   const auto frame = config::load_frame(folder_ / "frame" / "frame.txt");
   ASSERT_TRUE(frame.ok()) << frame.error();
   ASSERT_TRUE(frame->gate);
-  EXPECT_TRUE(frame->gate->X_WG.isApprox(world.gates[static_cast<std::size_t>(report_->snapshot->gate)].X_WG, 1e-9));
+  EXPECT_TRUE(
+      frame->gate->X_WG.isApprox(world.gates[static_cast<std::size_t>(report_->snapshot->waypoint)].X_WG, 1e-9));
   EXPECT_TRUE(frame->X_WC.isApprox(report_->snapshot->X_WC, 1e-9));
   const Eigen::Vector3d p_CG = frame->X_WC.inverse() * frame->gate->X_WG.translation();
   EXPECT_TRUE(frame->camera.sees(p_CG)) << "the kept frame has no gate in it";

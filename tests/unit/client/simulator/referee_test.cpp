@@ -24,6 +24,8 @@ scene::World three_gates() {
   return world;
 }
 
+const std::vector<scene::Passage> kOnceEach{{0, true}, {1, true}, {2, true}};
+
 Rules rules(int laps = 1) {
   Rules rules;
   rules.laps = laps;
@@ -34,7 +36,9 @@ Rules rules(int laps = 1) {
 /// Takes a point along straight lines at 5 m/s, a step of 1 ms at a time.
 class Tour {
  public:
-  explicit Tour(const Eigen::Vector3d& start, const Rules& r = rules()) : referee(three_gates(), r, start), p_(start) {}
+  explicit Tour(const Eigen::Vector3d& start, const Rules& r = rules(),
+                const std::vector<scene::Passage>& passages = kOnceEach)
+      : referee(three_gates(), passages, r, start), p_(start) {}
 
   Tour& to(const Eigen::Vector3d& target, std::optional<Contact> contact = {}) {
     while (!referee.decided() && (target - p_).norm() > 1e-9) {
@@ -56,6 +60,9 @@ class Tour {
   Tour& through_a() { return to({-1, 0, 1.5}).to({2, 0, 1.5}); }
   Tour& through_b() { return to({10, -2, 1.5}).to({10, 2, 1.5}); }
   Tour& through_c() { return to({7, 8, 1.5}).to({3, 8, 1.5}); }
+  Tour& back_through_a() { return to({2, 0, 1.5}).to({-1, 0, 1.5}); }
+  /// Round beside gate A to its near side.
+  Tour& round_a() { return to({2, 4, 1.5}).to({-2, 4, 1.5}).to({-2, 0, 1.5}); }
 
   Referee referee;
 
@@ -76,7 +83,7 @@ TEST(Referee, LapsAreTimedFromTheLastGateOfTheLapBefore) {
   Tour tour({-2, 0, 1.5}, rules(2));
   tour.through_a().through_b().through_c();
   EXPECT_EQ(tour.referee.lap(), 1);
-  EXPECT_EQ(tour.referee.expected_gate(), 0);
+  EXPECT_EQ(tour.referee.expected_waypoint(), 0);
   tour.to({-3, 4, 1.5}).through_a().through_b().through_c();
   ASSERT_EQ(tour.referee.outcome(), Outcome::kFinished) << tour.referee.sentence();
   const auto laps = tour.referee.lap_times_s();
@@ -90,7 +97,7 @@ TEST(Referee, APassKnowsOffsetSpeedAndTime) {
   tour.to({-1, 0.2, 1.3}).to({1, 0.2, 1.3});
   ASSERT_EQ(tour.referee.passes().size(), 1u);
   const Pass& pass = tour.referee.passes()[0];
-  EXPECT_EQ(pass.gate, 0);
+  EXPECT_EQ(pass.waypoint, 0);
   EXPECT_EQ(pass.lap, 0);
   EXPECT_NEAR(pass.offset_m, 0.2, 1e-6);
   EXPECT_NEAR(pass.speed_m_s, 5.0, 1e-6);
@@ -116,7 +123,7 @@ TEST(Referee, TheCornerOfASquareOpeningIsTheFrameOfARoundOne) {
     const auto fly = [&](double off_m, double radius_m) {
       Rules r = rules();
       r.vehicle_radius_m = radius_m;
-      Referee referee(world, r, kA + Eigen::Vector3d(-1, off_m, off_m));
+      Referee referee(world, {{0, true}}, r, kA + Eigen::Vector3d(-1, off_m, off_m));
       for (int i = 1; i <= 400 && !referee.decided(); ++i)
         referee.update(i * Plant::kStep, kA + Eigen::Vector3d(-1 + 0.005 * i, off_m, off_m), {5, 0, 0}, {});
       return referee.outcome();
@@ -201,7 +208,7 @@ TEST(Referee, StandingStillOrCirclingForLongIsStalling) {
 }
 
 TEST(Referee, NumbersThatRunAwayAreALostRace) {
-  Referee referee(three_gates(), rules(), {-2, 0, 1.5});
+  Referee referee(three_gates(), kOnceEach, rules(), {-2, 0, 1.5});
   referee.update(Plant::kStep, {std::numeric_limits<double>::quiet_NaN(), 0, 0}, Eigen::Vector3d::Zero(), {});
   EXPECT_EQ(referee.outcome(), Outcome::kLostControl);
 }
@@ -217,10 +224,67 @@ TEST(Referee, AfterTheDecisionNothingChanges) {
 }
 
 TEST(Referee, AFastVehicleIsSeenBetweenTwoPositions) {
-  Referee referee(three_gates(), rules(), {-0.5, 0, 1.5});
+  Referee referee(three_gates(), kOnceEach, rules(), {-0.5, 0, 1.5});
   referee.update(Plant::kStep, {0.5, 0.1, 1.5}, {1000, 0, 0}, {});
   ASSERT_EQ(referee.passes().size(), 1u);
   EXPECT_NEAR(referee.passes()[0].offset_m, 0.05, 1e-9);
+}
+
+TEST(Referee, AGateIsPassedOutAndBackWithAnotherInBetween) {
+  Tour tour({-2, 0, 1.5}, rules(), {{0, true}, {1, true}, {0, false}});
+  tour.through_a().through_b();
+  EXPECT_EQ(tour.referee.expected_waypoint(), 2);
+  tour.to({4, 0, 1.5}).back_through_a();
+  ASSERT_EQ(tour.referee.outcome(), Outcome::kFinished) << tour.referee.sentence();
+  ASSERT_EQ(tour.referee.passes().size(), 3u);
+  EXPECT_EQ(tour.referee.passes()[2].waypoint, 2);
+  EXPECT_THAT(tour.referee.sentence(), HasSubstr("3 of 3 gates"));
+}
+
+TEST(Referee, OnTheWayBackTheGateIsPassedTheOtherWayOrNotAtAll) {
+  const std::vector<scene::Passage> back{{0, true}, {1, true}, {0, false}};
+  Tour forwards({-2, 0, 1.5}, rules(), back);
+  forwards.through_a().through_b().to({10, 5, 1.5}).to({-2, 5, 1.5}).through_a();
+  EXPECT_EQ(forwards.referee.outcome(), Outcome::kWrongDirection) << forwards.referee.sentence();
+  EXPECT_THAT(forwards.referee.sentence(), HasSubstr("gate 3 from behind"));
+  Tour beside({-2, 0, 1.5}, rules(), back);
+  beside.through_a().through_b().to({2, -2, 1.5}).to({-4, -2, 1.5});
+  EXPECT_EQ(beside.referee.outcome(), Outcome::kMissedGate) << beside.referee.sentence();
+  EXPECT_EQ(beside.referee.culprit(), 2);
+}
+
+TEST(Referee, AGateIsPassedTwiceTheSameWayAfterFlyingRoundIt) {
+  Tour tour({-2, 0, 1.5}, rules(), {{0, true}, {0, true}});
+  tour.through_a().round_a().through_a();
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kFinished) << tour.referee.sentence();
+  Tour back({-2, 0, 1.5}, rules(), {{0, true}, {0, true}});
+  back.through_a().back_through_a();
+  EXPECT_EQ(back.referee.outcome(), Outcome::kWrongDirection) << back.referee.sentence();
+}
+
+TEST(Referee, AfterTheLastGateOfALapComesTheFirstAgainAlsoWhenThereIsOne) {
+  Tour tour({-2, 0, 1.5}, rules(3), {{0, true}});
+  tour.through_a();
+  EXPECT_EQ(tour.referee.lap(), 1);
+  EXPECT_EQ(tour.referee.expected_waypoint(), 0);
+  tour.round_a().through_a().round_a().through_a();
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kFinished) << tour.referee.sentence();
+  EXPECT_EQ(tour.referee.lap_times_s().size(), 3u);
+}
+
+TEST(Referee, ATouchedGateIsCalledByThePassageThatIsNextElseByTheOneJustFlown) {
+  const std::vector<scene::Passage> back{{0, true}, {1, true}, {0, false}, {2, true}};
+  const auto culprit = [&](int passes, int gate) {
+    Tour tour({-2, 0, 1.5}, rules(), back);
+    if (passes > 0) tour.through_a();
+    if (passes > 1) tour.through_b();
+    tour.referee.update(std::chrono::seconds(15), {4, 4, 1.5}, {0, 0, 0}, Contact{Contact::With::kGate, gate});
+    return tour.referee.culprit();
+  };
+  EXPECT_EQ(culprit(0, 0), 0);
+  EXPECT_EQ(culprit(1, 0), 0) << "just passed";
+  EXPECT_EQ(culprit(2, 0), 2) << "the way back is next";
+  EXPECT_EQ(culprit(0, 2), 3) << "its place in the lap, not in the world";
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST(Lockstep, AClientThatBelievesTheNominalGatesHitsOne) {
   const Report report = race(scenario, {}, &client);
   EXPECT_EQ(report.outcome, Outcome::kTouchedGate) << report.sentence;
   EXPECT_EQ(report.contacts, 1);
-  EXPECT_GE(report.culprit_gate, 0);
+  EXPECT_GE(report.culprit, 0);
   EXPECT_EQ(report.end_state.p_WB, report.samples.back().state.p_WB);
 }
 

@@ -65,9 +65,10 @@ TEST(CourseFile, EachGateHasItsOwnOpeningOrThatOfAll) {
     const TemporaryFile file(text, "mine.txt");
     const auto track = load_track(file.path());
     EXPECT_TRUE(track.ok()) << track.error();
-    std::vector<GateShape::Opening> openings;
-    for (const auto& gate : nominal_world(*track).gates) openings.push_back(gate.shape.opening);
-    return openings;
+    std::vector<GateShape::Opening> found;
+    for (const scene::World world = nominal_world(*track); const auto& gate : world.gates)
+      found.push_back(gate.shape.opening);
+    return found;
   };
   const std::string mixed = read_all(find_config("courses", "mixed").value());
   EXPECT_THAT(openings(circle()), testing::Each(kSquare));
@@ -78,6 +79,115 @@ TEST(CourseFile, EachGateHasItsOwnOpeningOrThatOfAll) {
               testing::ElementsAre(kSquare, kRound, kRound, kRound));
   EXPECT_THAT(error_with("x:  6 y:  0 z: 1.5 }", "x:  6 y:  0 z: 1.5 } opening: OVAL"),
               HasSubstr("7:58: 'OVAL' is no value of field 'opening'"));
+}
+
+TEST(CourseFile, AWaypointMayHaveAGateOfItsOwnSize) {
+  constexpr const char* kFirst = "x:  6 y:  0 z: 1.5 }";
+  const TemporaryFile file(replaced(circle(), kFirst,
+                                    std::string(kFirst) + " gate { opening: ROUND inner_half_m: 0.35 outer_half_m: 0.5 "
+                                                          "thickness_m: 0.1 }"));
+  const auto track = load_track(file.path());
+  ASSERT_TRUE(track.ok()) << track.error();
+  const auto world = nominal_world(*track);
+  EXPECT_EQ(world.gates[0].shape.opening, GateShape::Opening::kRound);
+  EXPECT_EQ(world.gates[0].shape.inner_half_m, 0.35);
+  EXPECT_EQ(world.gates[0].shape.outer_half_m, 0.5);
+  EXPECT_EQ(world.gates[0].shape.thickness_m, 0.1);
+  EXPECT_EQ(world.gates[1].shape.opening, GateShape::Opening::kSquare);
+  EXPECT_EQ(world.gates[1].shape.inner_half_m, 0.5);
+  EXPECT_EQ(world.gates[0].reflectance, world.gates[1].reflectance) << "the course's, where none is said";
+
+  const std::string own = " gate { inner_half_m: 0.5 outer_half_m: 0.4 thickness_m: 0.1 reflectance: 0.2 }";
+  EXPECT_THAT(error_with(kFirst, kFirst + own), HasSubstr("waypoint[0].gate.outer_half_m is 0.4"));
+  EXPECT_THAT(error_with(kFirst, std::string(kFirst) + " opening: ROUND" + own), HasSubstr("both opening and gate"));
+  const TemporaryFile dark(
+      replaced(circle(), kFirst, kFirst + replaced(own, "outer_half_m: 0.4", "outer_half_m: 0.6")));
+  EXPECT_EQ(nominal_world(*load_track(dark.path())).gates[0].reflectance, 0.2f);
+}
+
+std::string course_of(const std::string& waypoints, const std::string& more = "") {
+  return waypoints + "closed: false\n" + more +
+         "gate { inner_half_m: 0.5 outer_half_m: 0.75 thickness_m: 0.06 }\n"
+         "start { position { x: 0 y: 0 z: 1.5 } yaw_deg: 0 }\n"
+         "flight_volume { min { x: -8 y: -10 z: -70 } max { x: 24 y: 10 z: 90 } }\n";
+}
+
+Result<Track> track_of(const std::string& waypoints, const std::string& more = "") {
+  const TemporaryFile file(course_of(waypoints, more), "mine.txt");
+  return load_track(file.path());
+}
+
+TEST(CourseFile, WaypointsThatNameOneGateAreItsPassages) {
+  const auto track = track_of(
+      "waypoint { position { x: 5 y: 0 z: 1.5 } yaw_deg: 0 gate_id: 7 }\n"
+      "waypoint { position { x: 12 y: 3 z: 1.5 } yaw_deg: 90 }\n"
+      "waypoint { position { x: 5 y: 0 z: 1.5 } yaw_deg: 180 gate_id: 7 }\n");
+  ASSERT_TRUE(track.ok()) << track.error();
+  EXPECT_EQ(nominal_world(*track).gates.size(), 2u);
+  const auto lap = passages(track->course);
+  ASSERT_EQ(lap.size(), 3u);
+  EXPECT_EQ(lap[0].gate, 0u);
+  EXPECT_EQ(lap[1].gate, 1u);
+  EXPECT_EQ(lap[2].gate, 0u);
+  EXPECT_TRUE(lap[0].along_x && lap[1].along_x);
+  EXPECT_FALSE(lap[2].along_x);
+
+  EXPECT_THAT(track_of("waypoint { position { x: 5 y: 0 z: 1.5 } yaw_deg: 0 gate_id: 7 }\n"
+                       "waypoint { position { x: 6 y: 0 z: 1.5 } yaw_deg: 0 gate_id: 7 }\n")
+                  .error(),
+              HasSubstr("the place of waypoints[0], which names the same gate (7)"));
+}
+
+TEST(CourseFile, WaypointsAtOnePlaceAreOneGateAlsoWithoutANumber) {
+  const auto back = track_of(
+      "waypoint { position { x: 5 y: 0 z: 1.5 } yaw_deg: 0 }\n"
+      "waypoint { position { x: 12 y: 3 z: 1.5 } yaw_deg: 90 gate_id: 1 }\n"
+      "waypoint { position { x: 5 y: 0.005 z: 1.5 } yaw_deg: 170 }\n");
+  ASSERT_TRUE(back.ok()) << back.error();
+  EXPECT_EQ(gate_count(back->course), 2u);
+  EXPECT_FALSE(passages(back->course)[2].along_x);
+  EXPECT_NE(back->course.waypoints[0].gate_id, back->course.waypoints[1].gate_id);
+
+  const auto twice = track_of(
+      "waypoint { position { x: 5 y: 0 z: 1.5 } yaw_deg: 0 }\n"
+      "waypoint { position { x: 5 y: 0 z: 1.5 } yaw_deg: 0 }\n");
+  ASSERT_TRUE(twice.ok()) << twice.error();
+  EXPECT_EQ(nominal_world(*twice).gates.size(), 1u);
+  EXPECT_TRUE(passages(twice->course)[1].along_x);
+}
+
+TEST(CourseFile, AnotherPlaceShapeOrAxisIsAnotherGate) {
+  const std::string first = "waypoint { position { x: 5 y: 0 z: 1.5 } yaw_deg: 0 }\n";
+  for (const char* other :
+       {"position { x: 5 y: 0.02 z: 1.5 } yaw_deg: 180", "position { x: 5 y: 0 z: 1.5 } yaw_deg: 90",
+        "position { x: 5 y: 0 z: 1.5 } yaw_deg: 180 opening: ROUND"}) {
+    const auto track = track_of(first + "waypoint { " + other + " }\n");
+    ASSERT_TRUE(track.ok()) << track.error();
+    EXPECT_EQ(gate_count(track->course), 2u) << other;
+  }
+  const auto shipped = load_track(find_config("courses", "circle").value());
+  for (const auto& waypoint : shipped->course.waypoints) EXPECT_EQ(waypoint.gate_id, 0u);
+}
+
+TEST(CourseFile, CoursesHighAboveAndBelowTheOriginLoadAndTellTheirFloor) {
+  for (const double z_m : {-0.5, 50.0, -55.8}) {
+    const std::string text =
+        course_of("waypoint { position { x: 10 y: 0 z: " + std::to_string(z_m) + " } yaw_deg: 0 }\n",
+                  "floor { z: " + std::to_string(z_m - 1.5) + " }\n");
+    const TemporaryFile file(
+        replaced(text, "y: 0 z: 1.5 } yaw_deg: 0", "y: 0 z: " + std::to_string(z_m) + " } yaw_deg: 0"));
+    const auto track = load_track(file.path());
+    ASSERT_TRUE(track.ok()) << track.error();
+    EXPECT_EQ(track->course.floor_z_m, track->floor_z_m);
+    EXPECT_NEAR(height_reference_m(track->course), z_m - 1.5, 1e-6);
+  }
+  EXPECT_FALSE(track_of("waypoint { position { x: 10 y: 0 z: 5 } yaw_deg: 0 }\n")->course.floor_z_m);
+}
+
+TEST(CourseFile, AnOpenCourseOfOneGateMayHaveSeveralLaps) {
+  const auto track = track_of("waypoint { position { x: 5 y: 0 z: 1.5 } yaw_deg: 0 }\n", "laps: 3\n");
+  ASSERT_TRUE(track.ok()) << track.error();
+  EXPECT_EQ(track->course.laps, 3);
 }
 
 TEST(CourseFile, ObstaclesBecomeBoxes) {

@@ -51,6 +51,8 @@ TEST(Scenario, ValuesArrive) {
   EXPECT_EQ(scenario->mismatch.wind_W_m_s.x(), 4);
   EXPECT_EQ(scenario->vehicle.camera.rate_hz, 30);
   EXPECT_EQ(scenario->seed, 7u);
+  EXPECT_FALSE(scenario->planner_seed);
+  EXPECT_EQ(planner_seed_of(*scenario), default_planner_seed(7));
   EXPECT_EQ(scenario->time_limit, std::chrono::seconds(20));
 }
 
@@ -83,6 +85,13 @@ TEST(Scenario, ErrorsNameFileFieldValueAndRange) {
   EXPECT_THAT(scenario_from("perturbation { position: 1 }").error(), HasSubstr("mine.txt:3:"));
   const TemporaryFile file("course: \"nowhere\"\nvehicle: \"racer\"\n", "mine.txt");
   EXPECT_THAT(load_scenario(file.path()).error(), HasSubstr("'nowhere' is neither a file nor one of the courses"));
+}
+
+TEST(Scenario, ThePlannersSeedIsANumberOfItsOwn) {
+  const auto scenario = scenario_from("seed: 7 planner_seed: 900");
+  ASSERT_TRUE(scenario.ok()) << scenario.error();
+  EXPECT_EQ(scenario->seed, 7u);
+  EXPECT_EQ(planner_seed_of(*scenario), 900u);
 }
 
 TEST(Perturbation, NoneLeavesTheNominalWorld) {
@@ -150,6 +159,24 @@ TEST(Perturbation, GatesStayAboveTheFloor) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed)
     for (const auto& gate : perturbed_world(track, {0, 3.0, 0, 0}, seed).gates)
       EXPECT_GE(gate.X_WG.translation().z(), 0.75);
+}
+
+TEST(Perturbation, AGateThatIsPassedAgainIsDrawnOnceAndTheOthersAsIfItWereNot) {
+  Track track = circle();
+  const Perturbation perturbation{0.3, 0.15, 0.5, 0.1};
+  const auto once = perturbed_world(track, perturbation, 11);
+  // A fifth waypoint back through the first gate.
+  Waypoint back = track.course.waypoints[0];
+  back.direction_W = -back.direction_W;
+  back.gate_id = track.course.waypoints[0].gate_id = 1;
+  track.course.waypoints.push_back(back);
+  const auto twice = perturbed_world(track, perturbation, 11);
+  ASSERT_EQ(twice.gates.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(twice.gates[i].X_WG.matrix(), once.gates[i].X_WG.matrix());
+  const auto passed = gates_by_waypoint(twice, track.course);
+  ASSERT_EQ(passed.size(), 5u);
+  EXPECT_EQ(passed[4].X_WG.translation(), passed[0].X_WG.translation());
+  EXPECT_EQ(passed[4].X_WG.linear().col(0), -passed[0].X_WG.linear().col(0));
 }
 
 TEST(Mismatch, ScalesTheTrueVehicle) {

@@ -78,5 +78,17 @@ TEST(FrameBoxes, CarryTheGatesReflectance) {
   }
 }
 
+TEST(PassedGates, AgainstTheirAxisAreTurnedHalfAndStandWhereTheyStand) {
+  World world;
+  world.gates = {tilted_gate(GateShape::Opening::kSquare), tilted_gate(GateShape::Opening::kRound)};
+  const Gate along = as_passed(world, {1, true}), against = as_passed(world, {1, false});
+  EXPECT_EQ(along.X_WG.matrix(), world.gates[1].X_WG.matrix());
+  EXPECT_EQ(against.X_WG.translation(), along.X_WG.translation());
+  EXPECT_EQ(against.X_WG.linear().col(0), -along.X_WG.linear().col(0));
+  EXPECT_EQ(against.X_WG.linear().col(2), along.X_WG.linear().col(2));
+  EXPECT_NEAR(against.X_WG.linear().determinant(), 1.0, 1e-12);
+  EXPECT_EQ(against.shape.opening, along.shape.opening);
+}
+
 }  // namespace
 }  // namespace gatefield::scene

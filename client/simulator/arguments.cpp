@@ -1,0 +1,169 @@
+#include "client/simulator/arguments.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "common/config/locate.h"
+#include "common/protocol/validate.h"
+
+namespace gatefield::simulator {
+
+void declare(CLI::App* app, Arguments* a) {
+  app->description(
+      "Flies one race in simulation: MuJoCo for the vehicle, Embree for its depth camera, and a referee that knows "
+      "where the\n"
+      "gates truly stand. Plans come from a gatefield-server over DDS.\n");
+  app->footer(
+      "\nExamples\n"
+      "  gatefield-sim --scenario circle-0.3m --speed 7 --picture flight.png     one race at 7 m/s, with a picture\n"
+      "  gatefield-sim --scenario circle-0.3m --seed 12                          the same race with other gates\n"
+      "  gatefield-sim --scenario circle-yaw30 --realtime                        at the speed of the real world\n"
+      "  gatefield-sim --course my/course.txt --vehicle my/drone.txt             files of your own "
+      "(docs/courses-and-vehicles.md)\n"
+      "\nExit code\n"
+      "  0 the race is won, or a person ended it (Ctrl-C)   1 lost   2 bad input   3 no server, or it refused\n");
+
+  app->add_option("--scenario", a->scenario, "Scenario: a file or a short name (default: circle-0.3m)")->group("Race");
+  app->add_option("--course", a->course, "Course in place of the scenario's: a file or a short name")->group("Race");
+  app->add_option("--vehicle", a->vehicle, "Vehicle in place of the scenario's: a file or a short name")->group("Race");
+  app->add_option("--seed", a->seed, "Seed of the true world: where gates stand, noise, link")->group("Race");
+  app->add_option("--planner-seed", a->planner_seed,
+                  "Seed of the planner's sampling (default: the scenario's, else it goes with --seed)")
+      ->group("Race");
+  app->add_option("--laps", a->laps, "Laps in place of the course's")->check(CLI::Range(1, kMaxLaps))->group("Race");
+  app->add_option("--speed", a->speed_m_s, "Soft speed limit in m/s (default: the profile's)")
+      ->check(CLI::Range(0.5, 50.0))
+      ->group("Race");
+  app->add_option("--position-noise", a->position_noise_m,
+                  "Displacement of the gates in metres, in place of the scenario's")
+      ->group("Race");
+  app->add_option("--yaw-noise", a->yaw_noise_deg, "Turn of the gates in degrees, in place of the scenario's")
+      ->group("Race");
+  app->add_option("--camera-rate", a->camera_rate_hz, "Depth frames per second, in place of the vehicle's")
+      ->group("Race");
+  app->add_option("--time-limit", a->time_limit_s, "Longest race in seconds, in place of the scenario's")
+      ->check(CLI::Range(1.0, 86400.0))
+      ->group("Race");
+
+  app->add_option("--profile", a->profile, "Planner profile of the server")->capture_default_str()->group("Server");
+  app->add_option("--name", a->name, "Name of the vehicle on the wire; one client per name")
+      ->capture_default_str()
+      ->group("Server");
+  app->add_option("--server", a->server, "Name of the one server that may answer (default: whichever does first)")
+      ->group("Server");
+  app->add_option("--domain", a->domain, "DDS domain")
+      ->check(CLI::Range(0, 232))
+      ->capture_default_str()
+      ->group("Server");
+  app->add_option("--connect-timeout", a->connect_timeout_s, "How long to look for a server, in seconds")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str()
+      ->group("Server");
+
+  auto* lockstep = app->add_flag("--lockstep", a->lockstep,
+                                 "Simulated time, as fast as the machine can; same seed, same race (default)");
+  auto* real_time = app->add_flag("--realtime", a->real_time, "At the speed of the real world");
+  lockstep->excludes(real_time)->group("Time");
+  real_time->group("Time");
+  app->add_option("--delay-ms", a->delay_ms, "Lockstep: plans take effect this much later, as over a slow link")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->group("Time");
+  app->add_option("--jitter-ms", a->jitter_ms, "Lockstep: and by up to this much more, uniform, message by message")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->group("Time");
+  app->add_option("--loss", a->loss, "Lockstep: share of messages that are lost, each way")
+      ->check(CLI::Range(0.0, 0.9))
+      ->group("Time");
+  app->add_option("--state-rate", a->state_rate_hz, "Real time: states sent per second")
+      ->check(CLI::Range(10.0, 1000.0))
+      ->capture_default_str()
+      ->group("Time");
+  app->add_flag("--depth-metres", a->depth_metres, "Send depth as 32-bit metres (default: 16-bit millimetres)")
+      ->group("Time");
+
+  app->add_option("--csv", a->csv, "Write the run here, a line every 10 ms")->group("Output");
+  app->add_option("--picture", a->picture, "Write a picture of the flight here (PNG)")->group("Output");
+  app->add_option("--depth-picture", a->depth_picture, "Write a depth frame in colours here (PNG)")->group("Output");
+  app->add_option("--save-frame", a->frame_folder, "Keep a raw depth frame and its pose in this folder")
+      ->group("Output");
+  app->add_flag("--quiet,-q", a->quiet, "No progress, no summary; the exit code tells")->group("Output");
+  app->add_option("--log-level", a->log_level, "trace, debug, info, warn, error or off")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->capture_default_str()
+      ->group("Output");
+}
+
+Result<config::Scenario> read_scenario(const Arguments& a) {
+  const bool own_parts = !a.course.empty() && !a.vehicle.empty();
+  std::optional<config::Scenario> scenario;
+  if (!a.scenario.empty() || !own_parts) {
+    const auto file = config::find_config("scenarios", a.scenario.empty() ? "circle-0.3m" : a.scenario);
+    if (!file) return Error{file.error()};
+    auto loaded = config::load_scenario(*file);
+    if (!loaded) return loaded;
+    scenario = std::move(loaded).value();
+    if (a.scenario.empty() && !a.course.empty()) scenario->title.clear();
+  } else {
+    scenario.emplace();
+  }
+  if (!a.course.empty()) {
+    const auto file = config::find_config("courses", a.course);
+    if (!file) return Error{file.error()};
+    auto track = config::load_track(*file);
+    if (!track) return Error{track.error()};
+    scenario->track = std::move(track).value();
+    scenario->course_file = *file;
+  }
+  if (!a.vehicle.empty()) {
+    const auto file = config::find_config("vehicles", a.vehicle);
+    if (!file) return Error{file.error()};
+    auto vehicle = config::load_vehicle(*file);
+    if (!vehicle) return Error{vehicle.error()};
+    scenario->vehicle = std::move(vehicle).value();
+    scenario->vehicle_file = *file;
+  }
+  if (scenario->title.empty()) scenario->title = scenario->track.title;
+  if (a.seed) scenario->seed = *a.seed;
+  if (a.planner_seed) scenario->planner_seed = a.planner_seed;
+  if (a.laps) scenario->track.course.laps = *a.laps;
+  if (a.position_noise_m) {
+    scenario->perturbation.position_m = *a.position_noise_m;
+    scenario->perturbation.height_m = 0.5 * *a.position_noise_m;
+  }
+  if (a.yaw_noise_deg) scenario->perturbation.yaw_rad = *a.yaw_noise_deg * std::numbers::pi / 180.0;
+  if (auto status = config::validate(scenario->perturbation); !status) return Error{"command line: " + status.error()};
+  if (a.camera_rate_hz) scenario->vehicle.camera.rate_hz = *a.camera_rate_hz;
+  if (auto status = validate(scenario->vehicle.camera); !status) return Error{"command line: " + status.error()};
+  if (a.time_limit_s) scenario->time_limit = from_seconds(*a.time_limit_s);
+  return std::move(*scenario);
+}
+
+Options race_options(const Arguments& a) {
+  Options options;
+  options.timing = a.real_time ? protocol::Timing::kRealTime : protocol::Timing::kLockstep;
+  options.link_delay = from_seconds(1e-3 * a.delay_ms);
+  options.link_jitter = from_seconds(1e-3 * a.jitter_ms);
+  options.link_loss = a.loss;
+  options.state_rate_hz = a.state_rate_hz;
+  options.depth_in_millimetres = !a.depth_metres;
+  return options;
+}
+
+Result<sdk::Options> link_options(const Arguments& a, const config::Scenario& scenario) {
+  if (auto status = protocol::validate_name("--name", a.name); !status) return status.failure();
+  sdk::Options link;
+  link.domain = a.domain;
+  link.vehicle = a.name;
+  link.server = a.server;
+  link.profile = a.profile;
+  link.timing = race_options(a).timing;
+  link.seed = config::planner_seed_of(scenario);
+  link.speed_limit_m_s = a.speed_m_s;
+  link.quadrotor = scenario.vehicle.quadrotor;
+  link.camera = scenario.vehicle.camera;
+  link.course = scenario.track.course;
+  link.connect_timeout = std::chrono::milliseconds(std::lround(1000 * a.connect_timeout_s));
+  return link;
+}
+
+}  // namespace gatefield::simulator

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <atomic>
+
+#include "client/simulator/depth_sensor.h"
+#include "client/simulator/estimator.h"
+#include "client/simulator/judged_vehicle.h"
+#include "client/simulator/simulation.h"
+#include "client/simulator/snapshot_keeper.h"
+
+namespace gatefield::simulator {
+
+/// What a race is made of, whichever clock it runs by. lockstep_race.h and real_time_race.h run it.
+struct RaceParts {
+  const config::Scenario& scenario;
+  const Options& options;
+  sdk::Client& client;
+  const std::atomic<bool>& stop;
+  const ProgressFunction& on_progress;  ///< may be empty
+  JudgedVehicle& vehicle;
+  DepthSensor& sensor;
+  Estimator& estimator;
+  SnapshotKeeper& snapshots;
+
+  Stamp frame_period() const noexcept { return from_seconds(1.0 / scenario.vehicle.camera.rate_hz); }
+};
+
+inline constexpr Stamp kProgressPeriod = std::chrono::milliseconds(100);
+
+}  // namespace gatefield::simulator

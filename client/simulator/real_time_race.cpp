@@ -1,0 +1,107 @@
+#include "client/simulator/real_time_race.h"
+
+#include <algorithm>
+
+#include "client/flight/doorbell.h"
+#include "client/flight/loop.h"
+#include "common/base/mailbox.h"
+
+namespace gatefield::simulator {
+namespace {
+
+/// Renders what the plant's thread posts, on the thread that waits for frames; only the newest is done.
+class SimulatedCamera final : public flight::DepthSource {
+ public:
+  explicit SimulatedCamera(const RaceParts& race) : race_(race) {}
+
+  /// On the plant's thread.
+  void post(Stamp now) {
+    jobs_.slot() = {now, race_.vehicle.pose(), race_.vehicle.passes(), race_.vehicle.progress()};
+    jobs_.publish();
+    ++posted_;
+    bell_.ring();
+  }
+  /// @pre the thread that takes frames has ended
+  std::uint64_t posted() const noexcept { return posted_; }
+
+  std::optional<flight::DepthFrame> next(std::chrono::nanoseconds timeout) override {
+    if (!bell_.wait_for(timeout)) return std::nullopt;
+    const Job* job = jobs_.read();
+    if (job == nullptr) return std::nullopt;  // it was taken with the ring before
+    const scene::DepthImage& image = race_.sensor.capture(job->X_WB);
+    race_.snapshots.offer(image, job->X_WB, job->progress.gate, job->passes, job->progress.race_time_s);
+    if (race_.on_progress && job->stamp >= next_progress_) {
+      race_.on_progress(job->progress);
+      next_progress_ = job->stamp + kProgressPeriod;
+    }
+    if (race_.options.depth_in_millimetres)
+      return flight::DepthFrame{job->stamp, std::span<const std::uint16_t>(race_.sensor.millimetres())};
+    return flight::DepthFrame{job->stamp, std::span<const float>(image.depth_m)};
+  }
+
+ private:
+  struct Job {
+    Stamp stamp{0};
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    std::size_t passes = 0;
+    Progress progress;
+  };
+
+  const RaceParts& race_;
+  Mailbox<Job> jobs_;
+  flight::Doorbell bell_;
+  std::uint64_t posted_ = 0;  // the plant's thread's
+  Stamp next_progress_{0};    // the other thread's
+};
+
+/// The plant as the loop's vehicle. It stays at the start until the first plan is there; then the race's clock starts.
+class SimulatedVehicle final : public flight::StateSource, public flight::Actuator, public flight::Observer {
+ public:
+  SimulatedVehicle(const RaceParts& race, SimulatedCamera* camera) : race_(race), camera_(*camera) {}
+
+  std::optional<flight::TimedState> newest(Stamp now) noexcept override {
+    if (now >= next_frame_) {
+      camera_.post(now);
+      next_frame_ = std::max(next_frame_ + race_.frame_period(), now);  // frames that a slip took are not made up for
+    }
+    return flight::TimedState{now, race_.estimator.estimate(race_.vehicle.truth()), true};
+  }
+
+  flight::SetpointPart accepts() const noexcept override { return flight::SetpointPart::kRotorThrustRates; }
+  Stamp period() const noexcept override { return Plant::kStep; }
+  void apply(Stamp, const sdk::Setpoint& setpoint) noexcept override { race_.vehicle.advance(setpoint); }
+  void hold(Stamp) noexcept override {}
+
+  void on_plan(const protocol::ThrustRateCommand& plan) noexcept override { race_.vehicle.note(plan.health); }
+  bool goes_on() noexcept override { return !race_.vehicle.decided(); }
+
+ private:
+  const RaceParts& race_;
+  SimulatedCamera& camera_;
+  Stamp next_frame_{0};
+};
+
+}  // namespace
+
+void run_real_time(const RaceParts& race, Report* report) {
+  SimulatedCamera camera(race);
+  SimulatedVehicle vehicle(race, &camera);
+  flight::LoopOptions options;
+  options.state_rate_hz = race.options.state_rate_hz;
+  options.give_up = race.options.give_up;
+  flight::RealTimeClock clock;
+  const flight::LoopStatistics loop =
+      flight::run_loop({&vehicle, &camera, &vehicle, &vehicle}, &race.client, options, &clock, race.stop);
+  if (loop.end == flight::End::kGivenUp) race.vehicle.stop(Outcome::kLinkLost);
+  if (loop.end == flight::End::kStopped) race.vehicle.stop(Outcome::kInterrupted);
+
+  report->control_ticks = loop.control_periods;
+  report->late_ticks = loop.periods_without_plan;
+  report->frames_sent = loop.frames_sent;
+  report->frames_skipped = camera.posted() > loop.frames_sent ? camera.posted() - loop.frames_sent : 0;
+  report->loop_steps = loop.steps;
+  report->loop_misses = loop.late_steps;
+  report->loop_worst_s = seconds(loop.worst_late);
+}
+
+}  // namespace gatefield::simulator
