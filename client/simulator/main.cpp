@@ -269,6 +269,7 @@ Status write_outputs(const Arguments& a, const config::Scenario& scenario, const
 int run(const Arguments& a) {
   const auto scenario = read_scenario(a);
   if (!scenario) return complain(scenario.error(), kExitBadInput);
+  for (const std::string& note : scenario->vehicle.notes) log::warn(note);
   Options options;
   options.timing = a.real_time ? protocol::Timing::kRealTime : protocol::Timing::kLockstep;
   options.link_delay = from_seconds(1e-3 * a.delay_ms);
