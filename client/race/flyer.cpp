@@ -99,7 +99,8 @@ Status ServerFlyer::ensure_server(const Cell& cell, const std::atomic<bool>& can
                                         std::to_string(worker_) + ".log");
   auto server = start_server(*arguments, log, kServerStart, cancel);
   if (!server) {
-    if (server.failure().code != ErrorCode::kNotAnswering) return server.failure();
+    const ErrorCode code = server.failure().code;
+    if (code == ErrorCode::kInvalid || code == ErrorCode::kUnreadable) return server.failure();
     *why_lost = server.error();
     return {};
   }

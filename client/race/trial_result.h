@@ -54,7 +54,7 @@ struct TrialResult {
   int gate = 0;              ///< where it ended: the next gate, from 1
   int lap = 0;               ///< from 1
   Eigen::Vector3d end_p_W = Eigen::Vector3d::Zero();
-  std::uint64_t frame = 0;  ///< number of the depth frame that was sent last
+  std::uint64_t frame = 0;  ///< sequence of the depth frame that was sent last
   double round_trip_p50_ms = 0.0, round_trip_p99_ms = 0.0, solve_p50_ms = 0.0;  ///< wall clock
   std::uint64_t flight = 0;  ///< fingerprint of the path flown: the same flight has the same
   std::uint64_t setup = 0;   ///< fingerprint of all that decides a flight but cell, speed and seed

@@ -75,6 +75,7 @@ int complain(const std::string& sentence, int code) {
 int run(const Arguments& a) {
   const auto scenario = read_scenario(a);
   if (!scenario) return complain(scenario.error(), kExitBadInput);
+  for (const std::string& note : scenario->vehicle.notes) log::warn(note);
   const Options options = race_options(a);
   if (auto status = validate(options); !status) return complain(status.error(), kExitBadInput);
   const auto link = link_options(a, *scenario);

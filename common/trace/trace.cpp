@@ -1,21 +1,19 @@
 #include "common/trace/trace.h"
 
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
-#include <fstream>
-#include <sstream>
+
+#include "common/base/text.h"
+#include "common/base/whole_file.h"
 
 namespace gatefield::trace {
 namespace {
 
-constexpr std::size_t kLongestRollout = 1000;
+constexpr std::size_t kMaxRollout = 1000;
 
-void add(std::string* out, const char* format, double value) {
-  char text[48];
-  std::snprintf(text, sizeof text, format, value);
+void add(std::string* out, double value, int digits) {
   *out += ' ';
-  *out += text;
+  *out += fixed(value, digits);
 }
 
 /// The numbers of a line after its first word; false when something else stands there.
@@ -40,18 +38,18 @@ Eigen::Vector3d vector_at(const std::vector<double>& numbers, std::size_t i) {
 
 std::string to_text(const Step& step) {
   std::string out = "step";
-  add(&out, "%.9f", seconds(step.stamp));
+  add(&out, seconds(step.stamp), 9);
   out += ' ' + std::to_string(step.waypoint) + (step.hold ? " 1" : " 0") + (step.seen ? " 1" : " 0");
   for (const Eigen::Vector3d& v : {step.p_W, step.center_W, step.axis_W})
-    for (int i = 0; i < 3; ++i) add(&out, "%.5f", v[i]);
+    for (int i = 0; i < 3; ++i) add(&out, v[i], 5);
   for (const double v : {step.center_sigma_m, step.axis_sigma_rad, step.field_age_s, step.lowest_field_m})
-    add(&out, "%.4f", v);
+    add(&out, v, 4);
   out += '\n';
   for (const Rollout& rollout : step.rollouts) {
     out += "rollout";
     for (std::size_t k = 0; k < rollout.p_W.size(); ++k) {
-      for (int i = 0; i < 3; ++i) add(&out, "%.3f", rollout.p_W[k][i]);
-      add(&out, "%.3f", rollout.field_m[k]);
+      for (int i = 0; i < 3; ++i) add(&out, rollout.p_W[k][i], 3);
+      add(&out, rollout.field_m[k], 3);
     }
     out += '\n';
   }
@@ -59,23 +57,22 @@ std::string to_text(const Step& step) {
 }
 
 Result<std::vector<Step>> read(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return Error{file.string() + ": can't be read, expected a trace that a server wrote (--trace)"};
-  std::stringstream whole;
-  whole << in.rdbuf();
-  const std::string text = whole.str();
+  const auto text = read_file(file);
+  if (!text)
+    return Error{"can't be read, expected a trace that a server wrote (--trace)", ErrorCode::kUnreadable}.at(
+        file.string());
 
   std::vector<Step> steps;
   std::vector<double> numbers;
   int number = 0;
   for (std::size_t begin = 0;;) {
-    const std::size_t end = text.find('\n', begin);
+    const std::size_t end = text->find('\n', begin);
     if (end == std::string::npos) return steps;
-    const std::string line = text.substr(begin, end - begin);
+    const std::string line = text->substr(begin, end - begin);
     begin = end + 1;
     ++number;
-    const Error wrong{file.string() + ":" + std::to_string(number) + ": is no line of a trace"};
-    if (line.find(' ') == std::string::npos || !numbers_of(line, &numbers)) return wrong;
+    const auto wrong = [&] { return Error{"is no line of a trace", ErrorCode::kUnreadable}.at(file.string(), number); };
+    if (line.find(' ') == std::string::npos || !numbers_of(line, &numbers)) return wrong();
     if (line.starts_with("step ") && numbers.size() == 17) {
       Step step;
       step.stamp = from_seconds(numbers[0]);
@@ -91,7 +88,7 @@ Result<std::vector<Step>> read(const std::filesystem::path& file) {
       step.lowest_field_m = numbers[16];
       steps.push_back(std::move(step));
     } else if (line.starts_with("rollout ") && !steps.empty() && numbers.size() % 4 == 0 &&
-               numbers.size() <= 4 * kLongestRollout) {
+               numbers.size() <= 4 * kMaxRollout) {
       Rollout rollout;
       for (std::size_t k = 0; k < numbers.size(); k += 4) {
         rollout.p_W.push_back(vector_at(numbers, k));
@@ -99,7 +96,7 @@ Result<std::vector<Step>> read(const std::filesystem::path& file) {
       }
       steps.back().rollouts.push_back(std::move(rollout));
     } else {
-      return wrong;
+      return wrong();
     }
   }
 }

@@ -38,7 +38,7 @@ struct Step {
 std::string to_text(const Step& step);
 
 /// Reads a file of to_text() lines; an unfinished last line is not there.
-/// Errors: the file can't be read, or a line is not of this kind (file and line number).
+/// Errors: kUnreadable, the file can't be read, or a line is not of this kind (file and line number).
 Result<std::vector<Step>> read(const std::filesystem::path& file);
 
 }  // namespace gatefield::trace
