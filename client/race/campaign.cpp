@@ -52,7 +52,7 @@ class Place {
       if (tree != nullptr && descriptor != nullptr && line < 0)
         line = tree->GetLocation(descriptor, descriptor->is_repeated() ? 0 : -1).line;
     if (line < 0) line = line_;
-    return {file_.string() + ":" + std::to_string(line + 1) + ": cell '" + name_ + "': " + sentence};
+    return Error(file_.string() + ":" + std::to_string(line + 1) + ": cell '" + name_ + "': " + sentence);
   }
 
   /// A sentence that already begins with the campaign's name gets the line put in.

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 /// Errors of the system, with what we were at.
 Error system_error(const fs::path& file, const std::string& what) {
-  return {file.string() + ": " + what + " (" + std::strerror(errno) + ")"};
+  return Error(file.string() + ": " + what + " (" + std::strerror(errno) + ")");
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ Status load_text(const std::filesystem::path& file, google::protobuf::Message* m
 }
 
 Error in_file(const std::filesystem::path& file, const std::string& sentence) {
-  return {file.string() + ": " + sentence};
+  return Error{file.string() + ": " + sentence};
 }
 
 }  // namespace gatefield::config

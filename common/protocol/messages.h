@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/clock.h"
+#include "common/base/result.h"
 #include "common/course/course.h"
 #include "common/geometry/camera.h"
 #include "common/vehicle/quadrotor.h"
@@ -50,6 +51,7 @@ struct SessionReply {
   std::uint64_t request = 0;  ///< which request this answers
   bool accepted = false;
   std::string reason;         ///< when refused: the field, its value and what was expected; else empty
+  ErrorCode code = ErrorCode::kOther;  ///< when refused: its kind
   std::string server;         ///< the answering server's name
   std::uint64_t session = 0;  ///< goes into every later sample; never 0 when accepted
   double control_period_s = 0.0;

@@ -128,6 +128,8 @@ class Mppi final : public Planner {
 
   void plan(const PlanInput& input, Plan* plan) noexcept override;
   void reset() noexcept override { std::fill(mean_.begin(), mean_.end(), ThrustRates::Zero()); }
+  WarmStart warm_start() const override { return {mean_, detour_side_}; }
+  bool restore(const WarmStart& start) override;
   const Profile& profile() const noexcept override { return profile_; }
 
  private:
@@ -185,6 +187,16 @@ class Mppi final : public Planner {
   std::vector<float> flat_mean_;
   std::vector<double> sums_;  ///< [block][K][4]
 };
+
+bool Mppi::restore(const WarmStart& start) {
+  const auto finite = [](const ThrustRates& rates) { return rates.allFinite(); };
+  if (start.mean.size() != mean_.size() || !std::all_of(start.mean.begin(), start.mean.end(), finite) ||
+      std::abs(start.detour_side) != 1.0)
+    return false;
+  mean_ = start.mean;
+  detour_side_ = start.detour_side;
+  return true;
+}
 
 PlanContext Mppi::context(const PlanInput& input) noexcept {
   PlanContext context;
