@@ -58,7 +58,7 @@ Error wrong(const std::string& field, double value, const std::string& expected)
 
 double longest_arm_m(const QuadrotorModel& model) {
   double arm_m = 0.0;
-  for (const Eigen::Vector2d& p_B : model.rotor_position_B_m) arm_m = std::max(arm_m, p_B.norm());
+  for (const PlainVector2& p_B : model.rotor_position_B_m) arm_m = std::max(arm_m, p_B.norm());
   return arm_m;
 }
 

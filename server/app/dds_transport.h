@@ -38,7 +38,7 @@ class DdsTransport final : public service::Transport, public dds::ServerHandler 
     const Kind kind = topic == dds::Topic::kVehicleState ? Kind::kState
                       : topic == dds::Topic::kDepthFrame ? Kind::kDepth
                                                          : Kind::kOther;
-    service_->on_rejected(kind, vehicle, reason);
+    service_->on_rejected(kind, vehicle, Error(reason));
   }
 
  private:

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "common/trace/trace.h"
 #include "server/planner/rollout_batch.h"
@@ -42,38 +45,35 @@ class Keeper final : public planner::RolloutObserver {
   int every_;
 };
 
-class TracedPlanner final : public planner::Planner {
+class Tracer final : public pilot::StepObserver {
  public:
-  TracedPlanner(std::unique_ptr<planner::Planner> planner, std::FILE* file, bool rollouts)
-      : planner_(std::move(planner)), file_(file), keeper_(planner_->profile().samples), rollouts_(rollouts) {}
+  Tracer(std::FILE* file, int samples, bool rollouts) : file_(file), keeper_(samples), rollouts_(rollouts) {}
 
-  void plan(const planner::PlanInput& input, planner::Plan* plan) noexcept override {
+  planner::RolloutObserver* rollouts(std::uint64_t step) noexcept override {
     keeper_.rollouts.clear();
-    planner_->watch(rollouts_ && input.step % kEvery == 0 ? &keeper_ : nullptr);
-    planner_->plan(input, plan);
+    return rollouts_ && step % kEvery == 0 ? &keeper_ : nullptr;
+  }
 
+  void made(const pilot::StepRecord& record) noexcept override {
     trace::Step step;
-    step.stamp = input.stamp;
-    step.waypoint = input.waypoint;
-    step.hold = input.hold;
-    step.seen = input.target.seen;
-    step.p_W = input.start.p_WB;
-    step.center_W = input.target.center_W - input.target.moved_W;
-    step.axis_W = input.target.axis_W;
-    step.center_sigma_m = input.target.center_sigma_m;
-    step.axis_sigma_rad = input.target.axis_sigma_rad;
-    step.field_age_s = input.field_age_s;
-    step.lowest_field_m = plan->lowest_field_m;
+    step.stamp = record.stamp;
+    step.waypoint = record.waypoint;
+    step.hold = record.input.hold;
+    step.seen = record.target.seen;
+    step.p_W = record.input.start.p_WB;
+    step.center_W = record.target.center_W;
+    step.axis_W = record.target.axis_W;
+    step.center_sigma_m = record.target.center_sigma_m;
+    step.axis_sigma_rad = record.target.axis_sigma_rad;
+    step.field_age_s = record.input.field_age_s;
+    step.lowest_field_m = record.plan.lowest_field_m;
     step.rollouts = std::move(keeper_.rollouts);
     const std::string text = trace::to_text(step);
     std::fwrite(text.data(), 1, text.size(), file_.get());
     std::fflush(file_.get());  // whoever hears the answer may read the file
   }
-  void reset() noexcept override { planner_->reset(); }
-  const planner::Profile& profile() const noexcept override { return planner_->profile(); }
 
  private:
-  std::unique_ptr<planner::Planner> planner_;
   std::unique_ptr<std::FILE, CloseFile> file_;
   Keeper keeper_;
   bool rollouts_;
@@ -81,15 +81,14 @@ class TracedPlanner final : public planner::Planner {
 
 }  // namespace
 
-Result<std::unique_ptr<planner::Planner>> traced(Result<std::unique_ptr<planner::Planner>> planner,
-                                                 const protocol::SessionRequest& request, const TraceOptions& options) {
-  if (!planner || options.folder.empty()) return planner;
+Result<std::unique_ptr<pilot::StepObserver>> make_tracer(const protocol::SessionRequest& request,
+                                                         const planner::Profile& profile, const TraceOptions& options) {
   const std::filesystem::path file = options.folder / (request.vehicle + ".trace");
   std::FILE* const opened = std::fopen(file.c_str(), "wb");
   if (opened == nullptr)
-    return Error{"trace " + file.string() + " can't be written, expected a folder that the server may write to"};
-  return std::unique_ptr<planner::Planner>(
-      std::make_unique<TracedPlanner>(std::move(planner).value(), opened, options.rollouts));
+    return Error{"trace " + file.string() + " can't be written, expected a folder that the server may write to",
+                 ErrorCode::kUnreadable};
+  return std::unique_ptr<pilot::StepObserver>(std::make_unique<Tracer>(opened, profile.samples, options.rollouts));
 }
 
 }  // namespace gatefield::app

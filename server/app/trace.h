@@ -5,7 +5,8 @@
 
 #include "common/base/result.h"
 #include "common/protocol/messages.h"
-#include "server/planner/planner.h"
+#include "server/pilot/step_observer.h"
+#include "server/planner/profile.h"
 
 namespace gatefield::app {
 
@@ -14,10 +15,10 @@ struct TraceOptions {
   bool rollouts = false;         ///< and about 64 rollouts of every fifth step
 };
 
-/// The planner, with everything that it is asked written to <folder>/<vehicle>.trace (common/trace/trace.h), step by
-/// step, before its answer. For evaluation in lockstep: the control step then writes to the disk.
-/// Errors: the planner's own; a file that can't be written.
-Result<std::unique_ptr<planner::Planner>> traced(Result<std::unique_ptr<planner::Planner>> planner,
-                                                 const protocol::SessionRequest& request, const TraceOptions& options);
+/// Writes what is believed and planned at each step to <folder>/<vehicle>.trace (common/trace/trace.h), before the
+/// step's answer. For evaluation in lockstep: the control step then writes to the disk.
+/// Errors (kUnreadable): a file that can't be written.
+Result<std::unique_ptr<pilot::StepObserver>> make_tracer(const protocol::SessionRequest& request,
+                                                         const planner::Profile& profile, const TraceOptions& options);
 
 }  // namespace gatefield::app

@@ -19,7 +19,7 @@ constexpr int kTrials = 160;      ///< of RANSAC
 constexpr double kCell_m = 0.05;  ///< of the map of the plane
 constexpr int kMapCells = 81;     ///< it is 4 m wide
 constexpr int kTurns = 12;        ///< over 90 degrees
-constexpr double kMostUp = 0.65;  ///< of a plane's normal along the camera's vertical: what lies flatter is floor
+constexpr double kMaxUp = 0.65;   ///< of a plane's normal along the camera's vertical: what lies flatter is floor
 constexpr double kLowestScore = 0.4;
 constexpr float kNothingBack = -0.5f;
 
@@ -57,7 +57,7 @@ std::optional<Plane> fit_plane(const std::vector<Eigen::Vector3d>& points_C) {
   for (int trial = 0; trial < kTrials; ++trial) {
     const Eigen::Vector3d& a = any();
     const Eigen::Vector3d normal = (any() - a).cross(any() - a);
-    if (normal.norm() < 0.02 || std::abs(normal.y()) > kMostUp * normal.norm()) continue;
+    if (normal.norm() < 0.02 || std::abs(normal.y()) > kMaxUp * normal.norm()) continue;
     Plane plane = through(normal.normalized(), a);
     plane.inliers = static_cast<std::size_t>(
         std::count_if(points_C.begin(), points_C.end(), [&](const Eigen::Vector3d& p) { return on(plane, p); }));
@@ -126,6 +126,13 @@ cv::Mat template_of(const GateShape& shape, double turn_rad) {
          parts[2] * (0.15 / cv::sum(parts[2])[0]);
 }
 
+Eigen::Isometry3d in_single_precision(const Eigen::Isometry3d& X) {
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.matrix().topRows<3>() = X.matrix().topRows<3>().cast<float>().cast<double>();
+  out.linear() = Eigen::Quaterniond(out.linear()).normalized().toRotationMatrix();
+  return out;
+}
+
 struct Place {
   double y_m = 0.0, z_m = 0.0, turn_rad = 0.0, score = 0.0;
 };
@@ -180,8 +187,8 @@ std::optional<Detection> ClassicalDetector::in_points(std::span<const float> dep
   if (place.score < kLowestScore) return std::nullopt;
   Detection found;
   found.score = place.score;
-  found.X_CG = X_CP * Eigen::Translation3d(0, place.y_m, place.z_m) *
-               Eigen::AngleAxisd(place.turn_rad, Eigen::Vector3d::UnitX());
+  found.X_CG = in_single_precision(X_CP * Eigen::Translation3d(0, place.y_m, place.z_m) *
+                                   Eigen::AngleAxisd(place.turn_rad, Eigen::Vector3d::UnitX()));
   return found;
 }
 
@@ -206,19 +213,6 @@ std::optional<Detection> ClassicalDetector::detect(std::span<const float> depth_
     if (const auto found = in_points(depth_m, camera, std::nullopt)) return found;
   }
   return std::nullopt;
-}
-
-std::vector<float> latent_of(const Eigen::Isometry3d& X_CG) {
-  std::vector<float> latent(12);
-  Eigen::Map<Eigen::Matrix<float, 3, 4>>(latent.data()) = X_CG.matrix().topRows<3>().cast<float>();
-  return latent;
-}
-
-Eigen::Isometry3d pose_from(std::span<const float> latent) {
-  Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();
-  X_CG.matrix().topRows<3>() = Eigen::Map<const Eigen::Matrix<float, 3, 4>>(latent.data()).cast<double>();
-  X_CG.linear() = Eigen::Quaterniond(X_CG.linear()).normalized().toRotationMatrix();
-  return X_CG;
 }
 
 }  // namespace gatefield::baseline

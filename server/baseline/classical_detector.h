@@ -11,7 +11,8 @@
 namespace gatefield::baseline {
 
 struct Detection {
-  Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();  ///< x points away from the camera
+  /// x points away from the camera; in single precision, which is far finer than what is detected.
+  Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();
   double score = 0.0;  ///< 1: the whole frame lies in the plane, and the whole opening lets the view through
 };
 
@@ -37,9 +38,5 @@ class ClassicalDetector {
   GateShape shape_;
   std::vector<Eigen::Vector3d> points_C_;
 };
-
-/// A pose as twelve numbers, and back.
-std::vector<float> latent_of(const Eigen::Isometry3d& X_CG);
-Eigen::Isometry3d pose_from(std::span<const float> latent);
 
 }  // namespace gatefield::baseline

@@ -3,14 +3,14 @@
 #include <Eigen/Geometry>
 
 #include "common/geometry/gate.h"
-#include "server/planner/field.h"
+#include "server/gates/field.h"
 
 namespace gatefield::planner {
 
 /// The paper's Gate-SDF of a gate whose pose is known: what a perfect network would say. Tests and the baselines of
 /// server/baseline have it; gatefield-server makes none.
 /// Thread-safe: yes.   Real-time safe: yes.
-class AnalyticField final : public Field {
+class AnalyticField final : public gates::Field {
  public:
   explicit AnalyticField(const Eigen::Isometry3d& X_WG, const GateShape& shape = {},
                          double cone_angle_rad = kGuideConeAngle_rad)

@@ -70,6 +70,16 @@ Mppi::Mppi(const Profile& profile, const QuadrotorModel& model, const GateShape&
 
 void Mppi::reset() noexcept { std::fill(mean_.begin(), mean_.end(), ThrustRates::Zero()); }
 
+bool Mppi::restore(const WarmStart& start) {
+  const auto finite = [](const ThrustRates& rates) { return rates.allFinite(); };
+  if (start.mean.size() != mean_.size() || !std::all_of(start.mean.begin(), start.mean.end(), finite) ||
+      std::abs(start.detour_side) != 1.0)
+    return false;
+  mean_ = start.mean;
+  guidance_.take_side(start.detour_side);
+  return true;
+}
+
 kernels::SampleBlock Mppi::inputs_of(int block) noexcept {
   const std::size_t size = steps_ * kernels::kInputs * kBlock;
   return {inputs_.data() + static_cast<std::size_t>(block) * size, profile_.steps, kernels::kInputs, samples_in(block),

@@ -33,6 +33,8 @@ class Mppi final : public Planner {
 
   void plan(const PlanInput& input, Plan* plan) noexcept override;
   void reset() noexcept override;
+  WarmStart warm_start() const override { return {mean_, guidance_.detour_side()}; }
+  bool restore(const WarmStart& start) override;
   const Profile& profile() const noexcept override { return profile_; }
   void watch(RolloutObserver* observer) noexcept override { observer_ = observer; }
 

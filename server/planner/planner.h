@@ -3,17 +3,20 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
-#include "common/base/clock.h"
 #include "common/base/result.h"
 #include "common/geometry/gate.h"
 #include "common/vehicle/quadrotor.h"
+#include "server/gates/gate_belief.h"
 #include "server/kernels/backend.h"
 #include "server/kernels/crew.h"
-#include "server/planner/field.h"
 #include "server/planner/profile.h"
 
 namespace gatefield::planner {
+
+using gates::Field;
+using gates::GateBelief;
 
 inline constexpr int kMaxSteps = 64;
 
@@ -42,9 +45,6 @@ struct PlanInput {
   bool hold = false;             ///< course done: stay near target.center_W instead of passing it
   double field_age_s = 0.0;      ///< age of target.field; ignored when there is none
   double speed_limit_m_s = 0.0;  ///< of the session; 0 = the profile's
-  // For records; the plan does not depend on them.
-  Stamp stamp{0};              ///< of `start`, the vehicle's clock
-  std::uint32_t waypoint = 0;  ///< index of `target` in the course
 };
 
 /// What comes out. Arrays hold `steps` entries.
@@ -57,6 +57,12 @@ struct Plan {
   double lowest_field_m = 0.0;  ///< of the target's field along the plan; 0 when there is none
   int decoded_rollouts = 0;     ///< for how many the field was asked
   bool ok = false;              ///< false: no rollout had a finite cost; the previous plan, shifted, is returned
+};
+
+/// What a plan takes over from the one before it: to be written down, and set to what was.
+struct WarmStart {
+  std::vector<ThrustRates> mean;  ///< the mean inputs, one for each of the profile's steps
+  double detour_side = 1.0;       ///< on which side a missed gate is flown around, 1 or -1
 };
 
 /// How a step is computed.
@@ -89,6 +95,10 @@ class Planner {
   virtual void plan(const PlanInput& input, Plan* plan) noexcept = 0;
   /// Forgets the warm start.
   virtual void reset() noexcept = 0;
+  /// With the same warm start, profile and seed the next plan is the same, bit for bit. Allocates.
+  virtual WarmStart warm_start() const = 0;
+  /// @return false, and nothing changes, when it is not of the profile's length or not finite
+  virtual bool restore(const WarmStart& start) = 0;
   virtual const Profile& profile() const noexcept = 0;
   /// Shows the rollouts of every later step to `observer`; null: to nobody, as at first. A planner that rolls nothing
   /// out has nothing to show.

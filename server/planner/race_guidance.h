@@ -32,6 +32,10 @@ class RaceGuidance {
   /// Asks the target's field once, for the clearance at the start.
   PlanContext context(const PlanInput& input) noexcept;
 
+  /// The side of the way back, 1 or -1: all that one step leaves to the next.
+  double detour_side() const noexcept { return detour_side_; }
+  void take_side(double side) noexcept { detour_side_ = side; }
+
  private:
   Guidance guide(const GateBelief& gate, bool hold, double side) const noexcept;
 

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <shared_mutex>
 #include <string>
 #include <thread>
@@ -19,11 +20,10 @@
 #include "common/base/logging.h"
 #include "common/base/result.h"
 #include "common/protocol/messages.h"
-#include "server/perception/depth_encoder.h"
+#include "server/perception/gate_sensor.h"
+#include "server/pilot/pilot.h"
 #include "server/planner/planner.h"
 #include "server/planner/profile.h"
-#include "server/service/session.h"
-#include "server/service/sight.h"
 #include "server/service/transport.h"
 #include "server/service/workers.h"
 
@@ -39,9 +39,8 @@ struct ServiceOptions {
   std::vector<int> cores;         ///< that control threads are bound to; empty: none
   std::string isa;                ///< instruction set of the kernels
   std::uint64_t model_hash = 0;
-  double model_gate_inner_half_m =
-      0.0;             ///< the opening the model was trained for; 0 = any. A course with another one is warned of
-  SightOptions sight;  ///< validity threshold and kind of encoder, from the manifest
+  /// The opening the model was trained for; 0 = any. A course with another one is warned of.
+  double model_gate_inner_half_m = 0.0;
   std::map<std::string, planner::Profile> profiles;
   std::chrono::nanoseconds stale_after = std::chrono::seconds(1);     ///< without a state, the name may be taken over
   std::chrono::nanoseconds abandon_after = std::chrono::seconds(10);  ///< without a state, a real-time session ends
@@ -49,26 +48,32 @@ struct ServiceOptions {
   std::chrono::nanoseconds telemetry_period = std::chrono::milliseconds(500);
 };
 
-/// What the service makes sessions from; tests put their own in.
+/// What the service makes pilots from, one of each a session; the error is what the vehicle is refused with. Tests put
+/// their own in.
 struct Factories {
+  template <typename T>
+  using Make = std::function<Result<std::unique_ptr<T>>(const protocol::SessionRequest&)>;
+
   std::function<Result<std::unique_ptr<planner::Planner>>(const planner::Profile&, const protocol::SessionRequest&)>
       planner;
-  std::function<std::unique_ptr<Memory>(const protocol::SessionRequest&)> memory;
-  std::function<Result<std::unique_ptr<perception::DepthEncoder>>()> encoder;
+  Make<perception::GateSensor> sensor;
+  Make<pilot::StepObserver> observer;  ///< may be empty: nobody looks at steps
 };
 
 /// The planning service: who may join, whose samples go where, and who is told what.
 ///
-/// Sessions. A request to join is refused with a sentence, or answered with a session number that goes into every later
-/// sample (random for each start of the server, never 0). The same request again gets the same reply again. Reasons
-/// that begin with "busy:" may be gone a moment later (the name is in use by a session that is heard of, or the server
-/// is full); others will not go away by themselves. A session ends when the vehicle leaves, when its request is
-/// withdrawn (the middleware says so), when another request with its name comes after `stale_after` without a state,
+/// Sessions. A request to join is refused with a code and a sentence, or answered with a session number that goes into
+/// every later sample: 64 random bits, never 0, so that nobody guesses another's. The same request again gets the same
+/// reply again. kBusyName (a session that is heard of has the name) and kBusyServer may be gone a moment later, see
+/// may_pass(); other refusals will not go away by themselves. A session ends when the vehicle leaves, when its request
+/// is withdrawn (the middleware says so), when another request with its name comes after `stale_after` without a state,
 /// and after `abandon_after` without one. Whenever the server ends a session by itself it says so with a refusal of the
-/// request that was accepted: the client then joins anew.
+/// request that was accepted (kAbandoned, kLeaving): the client then joins anew.
+///
+/// A session is a pilot::Pilot here; nothing in this folder knows how to fly.
 ///
 /// on_*() may be called from any thread; they store what came and return (requests wait for housekeeping). Without
-/// start() nothing runs by itself: tests call housekeep() and serve the sessions themselves.
+/// start() nothing runs by itself: tests call housekeep() and serve the pilots themselves.
 class Service {
  public:
   Service(ServiceOptions options, Factories factories, const Clock* clock, Transport* transport);
@@ -76,8 +81,8 @@ class Service {
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
 
-  /// Starts the control, perception and housekeeping threads. Fails when an encoder can't be made.
-  Status start();
+  /// Starts the control, perception and housekeeping threads.
+  void start();
   /// Ends all threads and tells every vehicle that the server is leaving. Nothing is sent afterwards.
   void stop();
 
@@ -91,12 +96,12 @@ class Service {
   void on_gone(const std::string& vehicle, std::uint64_t request);
   enum class Kind { kState, kDepth, kOther };
   /// A sample was refused on its way here; `vehicle` may be empty or unknown.
-  void on_rejected(Kind kind, const std::string& vehicle, const std::string& reason);
+  void on_rejected(Kind kind, const std::string& vehicle, const Error& why);
 
   // ---- for housekeeping and tests ---------------------------------------------------------------------------------
   /// Answers requests, ends sessions that nobody uses, sends telemetry, writes the log. Called by one thread.
   void housekeep();
-  std::shared_ptr<Session> session_of(const std::string& vehicle) const;
+  std::shared_ptr<pilot::Pilot> session_of(const std::string& vehicle) const;
   std::size_t sessions() const;
   /// Samples for vehicles that have no session here.
   std::uint64_t strays() const noexcept { return strays_.load(std::memory_order_relaxed); }
@@ -114,14 +119,17 @@ class Service {
   };
 
   void answer(const Asked& asked);
-  void accept(const protocol::SessionRequest& request, const planner::Profile& profile,
-              std::unique_ptr<planner::Planner> planner);
-  void refuse(const protocol::SessionRequest& request, const std::string& reason);
-  void tell_no(const protocol::SessionRequest& request, const std::string& reason);
-  protocol::SessionReply reply_to(const Session& session) const;
+  Result<pilot::PilotParts> parts_for(const protocol::SessionRequest& request) const;
+  void accept(pilot::PilotParts parts);
+  void warn_of_openings(const protocol::SessionRequest& request) const;
+  std::uint64_t new_session() const;
+  void refuse(const protocol::SessionRequest& request, const Error& why);
+  void tell_no(const protocol::SessionRequest& request, const Error& why);
+  protocol::SessionReply reply_to(const pilot::Pilot& pilot) const;
+  /// @param why   for the log
   /// @param told  what the vehicle hears of it; empty = nothing
-  void end(const std::shared_ptr<Session>& session, const std::string& why, const std::string& told);
-  void detach(const Session& session);
+  void end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string& why, const std::optional<Error>& told = {});
+  void detach(const pilot::Pilot& pilot);
   void stray(const std::string& vehicle, const char* what);
   void run();
 
@@ -129,11 +137,9 @@ class Service {
   const Factories factories_;
   const Clock* const clock_;
   Transport* const transport_;
-  const std::uint64_t first_session_;
-  std::uint64_t sessions_made_ = 0;
 
   mutable std::shared_mutex sessions_mutex_;  // receiving threads look up, housekeeping changes
-  std::map<std::string, std::shared_ptr<Session>> sessions_;
+  std::map<std::string, std::shared_ptr<pilot::Pilot>> sessions_;
 
   std::mutex queue_mutex_;
   std::condition_variable queue_filled_;

@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 
 /// Every wait ends, even when a wake-up should be lost.
-constexpr std::chrono::nanoseconds kLongestWait = 100ms;
+constexpr std::chrono::nanoseconds kMaxWait = 100ms;
 /// Lockstep has no deadline of its own; this one places it among those that have.
 constexpr std::chrono::nanoseconds kLockstepDeadline = 10ms;
 constexpr int kControlPriority = 30;
@@ -79,13 +79,13 @@ void ControlPool::stop() {
 
 std::string ControlPool::complaint() const { return complaint_; }
 
-void ControlPool::add(std::shared_ptr<Session> session) {
+void ControlPool::add(std::shared_ptr<pilot::Pilot> pilot) {
   auto entry = std::make_unique<Entry>();
-  if (!session->lockstep()) {
+  if (!pilot->lockstep()) {
     entry->due = clock_->now();
-    entry->deadline = entry->due + session->control_period();
+    entry->deadline = entry->due + pilot->control_period();
   }
-  entry->session = std::move(session);
+  entry->pilot = std::move(pilot);
   {
     const std::lock_guard lock(mutex_);
     entries_.push_back(std::move(entry));
@@ -94,9 +94,9 @@ void ControlPool::add(std::shared_ptr<Session> session) {
   changed_.notify_one();
 }
 
-void ControlPool::remove(const Session* session) {
+void ControlPool::remove(const pilot::Pilot* pilot) {
   std::unique_lock lock(mutex_);
-  const auto is_it = [&](const auto& entry) { return entry->session.get() == session; };
+  const auto is_it = [&](const auto& entry) { return entry->pilot.get() == pilot; };
   const auto found = std::find_if(entries_.begin(), entries_.end(), is_it);
   if (found == entries_.end()) return;
   Entry* const entry = found->get();
@@ -105,11 +105,11 @@ void ControlPool::remove(const Session* session) {
   std::erase_if(entries_, is_it);
 }
 
-void ControlPool::wake(const Session* session) {
+void ControlPool::wake(const pilot::Pilot* pilot) {
   {
     const std::lock_guard lock(mutex_);
     for (const auto& entry : entries_) {
-      if (entry->session.get() != session) continue;
+      if (entry->pilot.get() != pilot) continue;
       if (entry->busy) {
         entry->woken = true;
       } else {
@@ -152,7 +152,7 @@ void ControlPool::run(int index) {
   while (!stopping_) {
     const Stamp now = clock_->now();
     Entry* chosen = nullptr;
-    Stamp next_due = now + kLongestWait;
+    Stamp next_due = now + kMaxWait;
     for (const auto& entry : entries_) {
       if (entry->busy || entry->leaving) continue;
       if (entry->due <= now) {
@@ -162,7 +162,7 @@ void ControlPool::run(int index) {
       }
     }
     if (!chosen) {
-      if (options_.crew != nullptr && !tired && helpers_ < kMostHelpers &&
+      if (options_.crew != nullptr && !tired && helpers_ < kMaxHelpers &&
           stepping_.load(std::memory_order_relaxed) > 0) {
         tired = !help(lock, next_due);  // and then looks again, for what became due meanwhile
       } else {
@@ -176,30 +176,34 @@ void ControlPool::run(int index) {
     chosen->woken = false;
     stepping_.fetch_add(1, std::memory_order_relaxed);
     const Stamp due = chosen->due;
-    Session& session = *chosen->session;
+    pilot::Pilot& pilot = *chosen->pilot;
     // Somebody else has to keep an eye on the rest, whose due times may have changed since he began to wait; and who
     // sleeps could help.
-    const int rouse = options_.crew != nullptr ? std::min<int>(kMostHelpers, static_cast<int>(threads_.size()) - 1)
+    const int rouse = options_.crew != nullptr ? std::min<int>(kMaxHelpers, static_cast<int>(threads_.size()) - 1)
                                                : (entries_.size() > 1 ? 1 : 0);
     lock.unlock();
     for (int i = 0; i < rouse; ++i) changed_.notify_one();
-    const Session::Answer answer = session.step(clock_->now());
+    pilot::Stepping& stepping = pilot.stepping();
+    const Stamp begin = clock_->now();
+    const pilot::Stepping::Answer answer = stepping.step(begin);
     stepping_.fetch_sub(1, std::memory_order_relaxed);
     if (answer.command) {
+      stepping.solved(clock_->now() - begin);
       const bool ok = transport_->send(*answer.command);
-      session.sent(clock_->now(), ok);
+      stepping.sent(clock_->now(), ok);
     }
     const Stamp done = clock_->now();
     lock.lock();
 
     chosen->busy = false;
-    if (session.lockstep()) {
+    if (pilot.lockstep()) {
       chosen->due = chosen->woken ? done : answer.wake_at;
-      chosen->deadline = chosen->due == Session::kNever ? Session::kNever : chosen->due + kLockstepDeadline;
+      chosen->deadline =
+          chosen->due == pilot::Stepping::kNever ? pilot::Stepping::kNever : chosen->due + kLockstepDeadline;
     } else {
-      const auto period = session.control_period();
+      const auto period = pilot.control_period();
       const auto missed = std::max<std::int64_t>(0, (done - due) / period);
-      if (missed > 0) session.missed_deadlines(static_cast<std::uint64_t>(missed));
+      if (missed > 0) stepping.missed_deadlines(static_cast<std::uint64_t>(missed));
       chosen->due = due + (missed + 1) * period;
       chosen->deadline = chosen->due + period;
     }
@@ -209,12 +213,9 @@ void ControlPool::run(int index) {
 
 // ---- perception -----------------------------------------------------------------------------------------------------
 
-PerceptionPool::PerceptionPool(std::vector<std::unique_ptr<perception::DepthEncoder>> encoders,
-                               std::function<void(const Session&)> processed)
-    : encoders_(std::move(encoders)), processed_(std::move(processed)) {
-  int index = 0;
-  for (const auto& encoder : encoders_)
-    threads_.emplace_back([this, &encoder = *encoder, i = index++] { run(encoder, i); });
+PerceptionPool::PerceptionPool(int threads, const Clock* clock, std::function<void(const pilot::Pilot&)> processed)
+    : clock_(clock), processed_(std::move(processed)) {
+  for (int i = 0; i < std::max(1, threads); ++i) threads_.emplace_back([this, i] { run(i); });
 }
 
 PerceptionPool::~PerceptionPool() { stop(); }
@@ -229,16 +230,16 @@ void PerceptionPool::stop() {
     if (thread.joinable()) thread.join();
 }
 
-void PerceptionPool::add(std::shared_ptr<Session> session) {
+void PerceptionPool::add(std::shared_ptr<pilot::Pilot> pilot) {
   auto entry = std::make_unique<Entry>();
-  entry->session = std::move(session);
+  entry->pilot = std::move(pilot);
   const std::lock_guard lock(mutex_);
   entries_.push_back(std::move(entry));
 }
 
-void PerceptionPool::remove(const Session* session) {
+void PerceptionPool::remove(const pilot::Pilot* pilot) {
   std::unique_lock lock(mutex_);
-  const auto is_it = [&](const auto& entry) { return entry->session.get() == session; };
+  const auto is_it = [&](const auto& entry) { return entry->pilot.get() == pilot; };
   const auto found = std::find_if(entries_.begin(), entries_.end(), is_it);
   if (found == entries_.end()) return;
   Entry* const entry = found->get();
@@ -253,7 +254,7 @@ void PerceptionPool::wake() {
   changed_.notify_one();
 }
 
-void PerceptionPool::run(perception::DepthEncoder& encoder, int index) {
+void PerceptionPool::run(int index) {
   name_thread("perception-", index);
   std::unique_lock lock(mutex_);
   while (!stopping_) {
@@ -261,18 +262,22 @@ void PerceptionPool::run(perception::DepthEncoder& encoder, int index) {
     for (std::size_t i = 0; i < entries_.size() && !chosen; ++i) {
       const std::size_t at = (turn_ + i) % entries_.size();
       Entry& entry = *entries_[at];
-      if (entry.busy || entry.leaving || !entry.session->frame_due()) continue;
+      if (entry.busy || entry.leaving || !entry.pilot->looking().due()) continue;
       chosen = &entry;
       turn_ = at + 1;
     }
     if (!chosen) {
-      changed_.wait_for(lock, kLongestWait);
+      changed_.wait_for(lock, kMaxWait);
       continue;
     }
     chosen->busy = true;
-    const std::shared_ptr<Session> session = chosen->session;
+    pilot::Pilot& pilot = *chosen->pilot;
     lock.unlock();
-    if (session->perceive(encoder)) processed_(*session);
+    const Stamp begin = clock_->now();
+    if (pilot.looking().look()) {
+      pilot.looking().looked(clock_->now() - begin);
+      processed_(pilot);
+    }
     lock.lock();
     chosen->busy = false;
     idle_.notify_all();

@@ -12,19 +12,19 @@
 
 #include "common/base/clock.h"
 #include "server/kernels/crew.h"
-#include "server/perception/depth_encoder.h"
-#include "server/service/session.h"
+#include "server/pilot/pilot.h"
 #include "server/service/transport.h"
 
 namespace gatefield::service {
 
-/// The threads that run control steps. Sessions are served by deadline, earliest first, whichever thread is free; one
-/// session is never served by two threads at once. Real-time sessions are due at absolute times, one control period
-/// apart (a late step does not shift the later ones; times that passed altogether are counted as missed); lockstep
-/// sessions are due when something came for them.
+/// The threads that run control steps. Pilots are served by deadline, earliest first, whichever thread is free; one
+/// pilot is never served by two threads at once. Real-time pilots are due at absolute times, one control period apart
+/// (a late step does not shift the later ones; times that passed altogether are counted as missed); lockstep pilots are
+/// due when something came for them. What a step takes and when its command goes out is measured here, and told to the
+/// pilot.
 /// A thread for which nothing is due helps with the steps in progress, a block of rollouts at a time (kernels::Crew):
 /// one vehicle gets all the threads, and many get one each. What is due comes before helping. While a step is in
-/// progress up to kMostHelpers threads wait for its next blocks without sleeping; between steps all sleep.
+/// progress up to kMaxHelpers threads wait for its next blocks without sleeping; between steps all sleep.
 /// A mutex guards the list of who is due; it is held for microseconds and never during a control step.
 /// Thread-safe: yes.   @pre the clock is the machine's steady clock.
 class ControlPool {
@@ -32,28 +32,28 @@ class ControlPool {
   struct Options {
     int threads = 1;
     bool realtime = false;          ///< ask for SCHED_FIFO; what came of it is in complaint()
-    kernels::Crew* crew = nullptr;  ///< that the sessions' planners share their blocks through; null: no helping
+    kernels::Crew* crew = nullptr;  ///< that the pilots' planners share their blocks through; null: no helping
     std::vector<int> cores = {};    ///< thread i runs on core cores[i % size] only; empty: wherever the system likes
   };
-  static constexpr int kMostHelpers = 7;  ///< more only wait for each other
+  static constexpr int kMaxHelpers = 7;  ///< more only wait for each other
 
   ControlPool(const Options& options, const Clock* clock, Transport* transport);
   ~ControlPool();  ///< stops; the step in progress is finished
 
-  void add(std::shared_ptr<Session> session);
-  /// When it returns, no step of the session runs and none will.
-  void remove(const Session* session);
-  /// Lockstep: something came for this session.
-  void wake(const Session* session);
+  void add(std::shared_ptr<pilot::Pilot> pilot);
+  /// When it returns, no step of the pilot runs and none will.
+  void remove(const pilot::Pilot* pilot);
+  /// Lockstep: something came for this pilot.
+  void wake(const pilot::Pilot* pilot);
   void stop();
   /// Why real-time scheduling or a core was not granted; empty when all were, or none was asked for.
   std::string complaint() const;
 
  private:
   struct Entry {
-    std::shared_ptr<Session> session;
-    Stamp due = Session::kNever;
-    Stamp deadline = Session::kNever;
+    std::shared_ptr<pilot::Pilot> pilot;
+    Stamp due = pilot::Stepping::kNever;
+    Stamp deadline = pilot::Stepping::kNever;
     bool busy = false;
     bool woken = false;    ///< while busy
     bool leaving = false;  ///< being removed: not served any more
@@ -76,32 +76,31 @@ class ControlPool {
   std::vector<std::thread> threads_;
 };
 
-/// The threads that turn depth frames into latents, one encoder each. Sessions with a frame waiting are served in turn.
+/// The threads that look at depth frames. Pilots with a frame waiting are served in turn.
 /// Thread-safe: yes.
 class PerceptionPool {
  public:
   /// @param processed  called after each frame, from the thread that processed it
-  PerceptionPool(std::vector<std::unique_ptr<perception::DepthEncoder>> encoders,
-                 std::function<void(const Session&)> processed);
+  PerceptionPool(int threads, const Clock* clock, std::function<void(const pilot::Pilot&)> processed);
   ~PerceptionPool();
 
-  void add(std::shared_ptr<Session> session);
-  /// When it returns, no frame of the session is being processed and none will be.
-  void remove(const Session* session);
+  void add(std::shared_ptr<pilot::Pilot> pilot);
+  /// When it returns, no frame of the pilot is being looked at and none will be.
+  void remove(const pilot::Pilot* pilot);
   /// A frame came, or a state that names one.
   void wake();
   void stop();
 
  private:
   struct Entry {
-    std::shared_ptr<Session> session;
+    std::shared_ptr<pilot::Pilot> pilot;
     bool busy = false;
     bool leaving = false;  ///< being removed: not served any more
   };
-  void run(perception::DepthEncoder& encoder, int index);
+  void run(int index);
 
-  std::vector<std::unique_ptr<perception::DepthEncoder>> encoders_;
-  std::function<void(const Session&)> processed_;
+  const Clock* const clock_;
+  std::function<void(const pilot::Pilot&)> processed_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::condition_variable idle_;

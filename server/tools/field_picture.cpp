@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kNearest_m = 0.05;  ///< of what is drawn into a depth frame
 
-std::vector<float> evaluate(const planner::Field& field, const std::vector<Eigen::Vector3d>& points_W) {
+std::vector<float> evaluate(const gates::Field& field, const std::vector<Eigen::Vector3d>& points_W) {
   std::vector<float> x, y, z, s(points_W.size());
   for (const Eigen::Vector3d& p : points_W) {
     x.push_back(static_cast<float>(p.x()));
@@ -55,7 +55,7 @@ cv::Mat draw_depth(const View& view, std::span<const float> depth_m) {
   return picture;
 }
 
-void draw_field_over(cv::Mat* picture, const View& view, const planner::Field& field, const Eigen::Isometry3d& X_WG,
+void draw_field_over(cv::Mat* picture, const View& view, const gates::Field& field, const Eigen::Isometry3d& X_WG,
                      double half_m) {
   const CameraModel& camera = view.camera;
   const Eigen::Vector3d normal_W = X_WG.linear().col(0);
@@ -114,7 +114,7 @@ cv::Point MapPlane::pixel(const Eigen::Vector3d& p_W) const {
   return {cvRound((p_M.x() + half_m) * metre_px), cvRound((half_m - p_M.y()) * metre_px)};
 }
 
-std::vector<float> map_values(const MapPlane& plane, const planner::Field& field) {
+std::vector<float> map_values(const MapPlane& plane, const gates::Field& field) {
   const double metre_px = plane.size_px / (2.0 * plane.half_m);
   std::vector<Eigen::Vector3d> points_W;
   for (int row = 0; row < plane.size_px; ++row) {

@@ -7,7 +7,7 @@
 
 #include "common/geometry/camera.h"
 #include "common/geometry/gate.h"
-#include "server/planner/field.h"
+#include "server/gates/field.h"
 
 /// Depth frames and fields as pictures, for people.
 namespace gatefield::tools {
@@ -19,7 +19,7 @@ inline const cv::Scalar kTruth(200, 60, 30);  ///< blue: what is true, beside wh
 cv::Vec3b field_color(double s_m);
 
 /// The hourglass of a gate that is known.
-class TrueField final : public planner::Field {
+class TrueField final : public gates::Field {
  public:
   TrueField(const GateShape& shape, const Eigen::Isometry3d& X_WG) : shape_(shape), X_GW_(X_WG.inverse()) {}
   void evaluate(std::span<const float> x_W, std::span<const float> y_W, std::span<const float> z_W,
@@ -43,7 +43,7 @@ struct View {
 /// Grey, near is light, pixels without a return are black. @pre depth_m has the camera's width * height values
 cv::Mat draw_depth(const View& view, std::span<const float> depth_m);
 /// Lays s in the opening's plane over it, within half_m of the centre, where the ray of a pixel meets that plane.
-void draw_field_over(cv::Mat* picture, const View& view, const planner::Field& field, const Eigen::Isometry3d& X_WG,
+void draw_field_over(cv::Mat* picture, const View& view, const gates::Field& field, const Eigen::Isometry3d& X_WG,
                      double half_m);
 /// Outline of an opening (or frame) of half-width half_m in the gate's plane; the parts before the camera.
 void draw_outline(cv::Mat* picture, const View& view, const Eigen::Isometry3d& X_WG, double half_m,
@@ -58,7 +58,7 @@ struct MapPlane {
   cv::Point pixel(const Eigen::Vector3d& p_W) const;  ///< of the point below or above p_W
 };
 /// s at the middle of every pixel, row by row.
-std::vector<float> map_values(const MapPlane& plane, const planner::Field& field);
+std::vector<float> map_values(const MapPlane& plane, const gates::Field& field);
 cv::Mat draw_map(const MapPlane& plane, const std::vector<float>& values);
 /// Where s changes its sign.
 void draw_zero_line(cv::Mat* map, const MapPlane& plane, const std::vector<float>& values, const cv::Scalar& color);

@@ -13,9 +13,9 @@
 #include "common/config/frame.h"
 #include "common/model/bundle.h"
 #include "server/kernels/backend.h"
-#include "server/perception/depth_encoder.h"
-#include "server/perception/gate_memory.h"
-#include "server/perception/hourglass_fit.h"
+#include "server/perception/learned/decoded_field.h"
+#include "server/perception/learned/depth_encoder.h"
+#include "server/perception/learned/hourglass_fit.h"
 #include "server/tools/field_picture.h"
 
 namespace gatefield {
@@ -30,7 +30,7 @@ const cv::Scalar kPaper(255, 255, 255);
 
 /// Seen from above at one height: s around the centre, the zero line in black, the true gate (when it is known) as
 /// bars.
-cv::Mat map_at(const planner::Field& field, const config::SavedFrame& frame, const Eigen::Vector3d& center_W,
+cv::Mat map_at(const gates::Field& field, const config::SavedFrame& frame, const Eigen::Vector3d& center_W,
                double height_m) {
   tools::MapPlane plane;
   plane.X_WM.translation() = center_W + Eigen::Vector3d(0, 0, height_m);

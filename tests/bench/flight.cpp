@@ -4,8 +4,12 @@
 #include <numbers>
 
 #include "common/geometry/camera.h"
+#include "server/gates/course_progress.h"
+#include "server/gates/known_gates.h"
 #include "server/kernels/backend.h"
-#include "server/planner/course_progress.h"
+#include "server/perception/learned/learned_sensor.h"
+#include "server/perception/sight.h"
+#include "tests/support/drawn_gates.h"
 
 namespace gatefield::bench {
 namespace {
@@ -17,26 +21,6 @@ Eigen::Isometry3d gate_pose(const Eigen::Vector3d& center_W, double yaw_rad) {
   return X_WG;
 }
 
-std::vector<float> draw(const CameraModel& camera, const Eigen::Isometry3d& X_WC,
-                        const std::vector<Eigen::Isometry3d>& gates, const GateShape& shape) {
-  std::vector<float> depth_m;
-  for (int v = 0; v < camera.height_px; ++v) {
-    for (int u = 0; u < camera.width_px; ++u) {
-      const Eigen::Vector3d ray_W = X_WC.linear() * camera.ray_C(u, v);
-      double nearest = camera.max_depth_m;
-      if (ray_W.z() < 0) nearest = std::min(nearest, -X_WC.translation().z() / ray_W.z());
-      for (const Eigen::Isometry3d& X_WG : gates) {
-        const Eigen::Vector3d p_G = X_WG.inverse() * X_WC.translation(), ray_G = X_WG.linear().transpose() * ray_W;
-        const double t = -p_G.x() / ray_G.x();
-        const double r = transverse_distance(shape, p_G + t * ray_G);
-        if (t > 0 && t < nearest && r >= shape.inner_half_m && r <= shape.outer_half_m) nearest = t;
-      }
-      depth_m.push_back(nearest < camera.max_depth_m ? static_cast<float>(nearest) : 0.0f);
-    }
-  }
-  return depth_m;
-}
-
 }  // namespace
 
 std::vector<float> image_of_a_gate(const CameraModel& camera) {
@@ -46,7 +30,7 @@ std::vector<float> image_of_a_gate(const CameraModel& camera) {
   X_WC.linear().col(1) = -Eigen::Vector3d::UnitZ();
   X_WC.linear().col(2) = Eigen::Vector3d::UnitX();
   X_WC.translation().z() = 1.5;
-  return draw(camera, X_WC, {gate_pose({3.0, 0.2, 1.6}, 0.2)}, {});
+  return test::draw_gates(camera, X_WC, {gate_pose({3.0, 0.2, 1.6}, 0.2)}, {});
 }
 
 std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profile& profile, double limit_s) {
@@ -63,11 +47,14 @@ std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profil
   }
   const CameraModel camera = default_camera();
   const QuadrotorModel model;
-  auto encoder = perception::DepthEncoder::create(bundle);
-  auto planner = planner::Planner::create(profile, model, course.waypoints[0].gate, bundle.manifest().cone_angle_rad, 1);
-  if (!encoder || !planner) return {};
-  perception::GateMemory memory(bundle, kernels::best_backend().prepare(bundle.decoder()), course);
-  planner::CourseProgress progress(course);
+  auto encoders = perception::EncoderPool::create(bundle, 1);
+  auto planner =
+      planner::Planner::create(profile, model, course.waypoints[0].gate, bundle.manifest().cone_angle_rad, 1);
+  if (!encoders || !planner) return {};
+  perception::LearnedSensor sensor(&bundle, kernels::best_backend().prepare(bundle.decoder()), encoders.value().get());
+  gates::GateRecords records(course);
+  gates::CourseProgress progress(course);
+  gates::KnownGates known(&progress.passages());
 
   QuadrotorState state;
   state.p_WB = {kRadius_m, 0, 1.5};
@@ -80,34 +67,31 @@ std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profil
     const std::uint32_t target = progress.target(), next = progress.next();
     if (steps.size() % 2 == 0) {
       const Eigen::Isometry3d X_WC = Eigen::Translation3d(state.p_WB) * state.q_WB * camera.X_BC;
-      const std::vector<float> depth_m = draw(camera, X_WC, gates, course.waypoints[0].gate);
+      const std::vector<float> depth_m = test::draw_gates(camera, X_WC, gates, course.waypoints[0].gate);
       for (const std::uint32_t waypoint : {target, next}) {
-        const Eigen::Vector3d expected_C = X_WC.inverse() * memory.expected_center_W(waypoint);
-        if (!camera.sees(expected_C, -0.15 * camera.width_px)) continue;
-        if (const auto encoding = encoder.value()->encode(depth_m, camera, expected_C))
-          memory.observe(waypoint, *encoding, X_WC, Stamp{std::int64_t{ms} * 1'000'000});
+        const gates::Expectation gate = records.expectation(waypoint);
+        if (!camera.sees(X_WC.inverse() * gate.center_W, -0.15 * camera.width_px)) continue;
+        if (const auto seen = sensor.look({depth_m, camera, X_WC}, gate, perception::Where::kExpected))
+          perception::remember(*seen, waypoint, Stamp{std::int64_t{ms} * 1'000'000}, &sensor, &records);
       }
     }
-    auto snapshot = std::make_shared<perception::MemorySnapshot>();
-    memory.snapshot(target, next, snapshot.get());
-    const auto belief = [&](std::uint32_t waypoint, const perception::RememberedGate& gate) {
-      planner::GateBelief known = progress.nominal(waypoint);
-      if (!gate.seen) return known;
-      if (profile.waypoint_from_field) known.center_W = gate.center_W;
-      known.axis_W = gate.axis_W;
-      known.seen = true;
-      known.field = &gate.field;
-      return known;
+    const auto snapshot = std::make_shared<gates::Snapshot>();
+    records.snapshot(target, next, snapshot.get());
+    known.take(snapshot.get());
+    const auto belief = [&](std::uint32_t waypoint) {
+      gates::GateBelief gate = known.belief(waypoint);
+      if (!profile.waypoint_from_field) gate.center_W = progress.nominal(waypoint).center_W;
+      return gate;
     };
     RecordedStep step;
-    step.memory = snapshot;
+    step.snapshot = snapshot;
     step.input.start = state;
     step.input.elapsed_s = steps.empty() ? 0.0 : 1e-3 * ms_per_step;
     step.input.step = steps.size();
-    step.input.target = belief(target, snapshot->gates[0]);
+    step.input.target = belief(target);
     step.input.has_next = progress.has_next();
-    step.input.next = belief(next, snapshot->gates[1]);
-    if (snapshot->gates[0].seen) step.input.field_age_s = 1e-3 * ms - 1e-9 * double(snapshot->gates[0].stamp.count());
+    step.input.next = belief(next);
+    step.input.field_age_s = std::max(0.0, known.age_s(target, Stamp{std::int64_t{ms} * 1'000'000}));
     planner.value()->plan(step.input, &plan);
     for (int i = 0; i < ms_per_step; ++i) state = step_reference(model, state, plan.thrust_rate_n_s[0], 1e-3);
     steps.push_back(std::move(step));

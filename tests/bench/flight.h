@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/model/bundle.h"
-#include "server/perception/gate_memory.h"
+#include "server/gates/gate_records.h"
 #include "server/planner/planner.h"
 
 namespace gatefield::bench {
@@ -12,7 +12,7 @@ namespace gatefield::bench {
 /// What a planner was given in one step of a flight.
 struct RecordedStep {
   planner::PlanInput input;
-  std::shared_ptr<const perception::MemorySnapshot> memory;  ///< that the input's fields point into
+  std::shared_ptr<const gates::Snapshot> snapshot;  ///< that the input's fields point into
 };
 
 /// Flies a circle of six turned gates with the real encoder, memory, decoder and planner: images are drawn by meeting

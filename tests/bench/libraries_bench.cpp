@@ -23,7 +23,7 @@
 #include "common/base/random.h"
 #include "common/geometry/camera.h"
 #include "server/kernels/backend.h"
-#include "server/perception/depth_encoder.h"
+#include "server/perception/learned/depth_encoder.h"
 #include "tests/bench/flight.h"
 #include "tests/bench/register.h"
 

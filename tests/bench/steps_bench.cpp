@@ -8,7 +8,10 @@
 #include <map>
 #include <thread>
 
+#include "common/course/course.h"
 #include "server/kernels/backend.h"
+#include "server/perception/gate_sensor.h"
+#include "server/perception/learned/depth_encoder.h"
 #include "server/planner/profile_file.h"
 #include "server/service/workers.h"
 #include "tests/bench/flight.h"
@@ -108,32 +111,30 @@ void step(benchmark::State& state, const StepCase& which) {
   state.counters["decoded"] = decoded / (double(times_s.size()) * which.samples);
 }
 
-/// Knows two gates from a recorded flight, whatever it is shown.
-class RecordedMemory final : public service::Memory {
+/// Sees gates where a recorded flight saw them, whatever it is shown.
+class RecordedSensor final : public perception::GateSensor {
  public:
-  RecordedMemory(const perception::MemorySnapshot* snapshot, Course course)
-      : snapshot_(snapshot), course_(std::move(course)) {}
-  Eigen::Vector3d expected_center_W(std::uint32_t waypoint) const noexcept override {
-    return course_.waypoints[waypoint].p_W;
+  explicit RecordedSensor(const gates::Snapshot* snapshot) : snapshot_(snapshot) {}
+  bool steerable() const noexcept override { return false; }
+  std::optional<perception::Observation> look(const perception::View&, const gates::Expectation& gate,
+                                              perception::Where) override {
+    perception::Observation seen;
+    seen.gate.X_WG = gate_pose(gate.center_W, gate.axis_W);
+    field_ = snapshot_->gates[gate.gate].field;
+    return seen;
   }
-  bool seen(std::uint32_t) const noexcept override { return true; }
-  perception::GateMemory::Outcome observe(std::uint32_t, const perception::Encoding&, const Eigen::Isometry3d&,
-                                          Stamp) override {
-    return perception::GateMemory::Outcome::kTaken;
+  std::shared_ptr<const gates::Field> field(const Eigen::Isometry3d&, const Eigen::Isometry3d&,
+                                            const GateShape&) override {
+    return field_;
   }
-  void snapshot(std::uint32_t, std::uint32_t, perception::MemorySnapshot* out) const override { *out = *snapshot_; }
+  perception::FieldSource source_of(const gates::Field&) const override { return {}; }
+  Result<std::shared_ptr<const gates::Field>> restore(const perception::FieldSource&, const GateShape&) override {
+    return Error{"a recorded field can't be made anew"};
+  }
 
  private:
-  const perception::MemorySnapshot* snapshot_;
-  Course course_;
-};
-
-class SeesNothing final : public perception::DepthEncoder {
- public:
-  std::optional<perception::Encoding> encode(std::span<const float>, const CameraModel&,
-                                             const std::optional<Eigen::Vector3d>&) override {
-    return std::nullopt;
-  }
+  const gates::Snapshot* snapshot_;
+  std::shared_ptr<const gates::Field> field_;
 };
 
 class NoTransport final : public service::Transport {
@@ -144,7 +145,7 @@ class NoTransport final : public service::Transport {
   void forget(const std::string&) override {}
 };
 
-/// Sessions at 50 Hz on two control threads for three seconds. A deadline is met when the command is out before the
+/// Pilots at 50 Hz on two control threads for three seconds. A deadline is met when the command is out before the
 /// next control tick.
 void vehicles(benchmark::State& state, int count) {
   using namespace std::chrono_literals;
@@ -156,61 +157,61 @@ void vehicles(benchmark::State& state, int count) {
   NoTransport transport;
   for (auto _ : state) {
     kernels::Crew crew(2);
-    std::vector<std::shared_ptr<service::Session>> sessions;
+    std::vector<std::shared_ptr<pilot::Pilot>> pilots;
     service::ControlPool pool({2, false, &crew, {}}, &clock, &transport);
-    SeesNothing encoder;
     const RecordedStep& moment = flown[flown.size() / 2];
     for (int i = 0; i < count; ++i) {
-      service::SessionParts parts;
+      pilot::PilotParts parts;
       parts.request.vehicle = "drone" + std::to_string(i);
       parts.request.camera = default_camera();
       parts.request.course.waypoints = {{moment.input.target.center_W, moment.input.target.axis_W},
                                         {moment.input.next.center_W, moment.input.next.axis_W}};
-      parts.id = static_cast<std::uint64_t>(i) + 1;
-      auto planner =
-          planner::Planner::create(shape, parts.request.quadrotor, {}, kGuideConeAngle_rad, parts.id, {.crew = &crew});
+      parts.session = static_cast<std::uint64_t>(i) + 1;
+      auto planner = planner::Planner::create(shape, parts.request.quadrotor, {}, kGuideConeAngle_rad, parts.session,
+                                              {.crew = &crew});
       if (!planner) return state.SkipWithError(planner.error().c_str());
       parts.planner = std::move(planner).value();
-      parts.memory = std::make_unique<RecordedMemory>(moment.memory.get(), parts.request.course);
-      parts.clock = &clock;
-      sessions.push_back(std::make_shared<service::Session>(std::move(parts)));
+      parts.sensor = std::make_unique<RecordedSensor>(moment.snapshot.get());
+      parts.sight.view_margin_px_per_width = 100.0;  // both gates, wherever the vehicle looks
+      parts.now = clock.now();
+      pilots.push_back(std::make_shared<pilot::Pilot>(std::move(parts)));
     }
     const auto begin = clock.now();
     std::uint64_t sequence = 0;
     const auto feed = [&] {
       ++sequence;
-      for (const auto& session : sessions) {
+      for (const auto& pilot : pilots) {
         protocol::VehicleState sample;
-        sample.vehicle = session->vehicle();
-        sample.session = session->id();
+        sample.vehicle = pilot->vehicle();
+        sample.session = pilot->session();
         sample.sequence = sequence;
         sample.stamp = clock.now();
         sample.state = moment.input.start;
-        session->take_state(sample);
+        pilot->intake().take_state(sample, sample.stamp);
         if (sequence > 2) continue;
-        protocol::DepthFrame frame;  // makes the session read its memory
-        frame.vehicle = session->vehicle();
-        frame.session = session->id();
+        protocol::DepthFrame frame;  // makes the pilot see the gates
+        frame.vehicle = pilot->vehicle();
+        frame.session = pilot->session();
         frame.sequence = sequence;
         frame.stamp = sample.stamp;
         frame.width_px = 160;
         frame.height_px = 90;
         frame.pixels.assign(160 * 90 * 2, 7);
-        session->take_depth(frame);
-        session->perceive(encoder);
+        pilot->intake().take_depth(frame);
+        pilot->looking().look();
       }
     };
     feed();
-    for (const auto& session : sessions) pool.add(session);
+    for (const auto& pilot : pilots) pool.add(pilot);
     while (clock.now() - begin < 3s) {
       std::this_thread::sleep_for(20ms);
       feed();
     }
-    for (const auto& session : sessions) pool.remove(session.get());
+    for (const auto& pilot : pilots) pool.remove(pilot.get());
     double sent = 0, missed = 0, solve = 0;
-    for (const auto& session : sessions) {
+    for (const auto& pilot : pilots) {
       protocol::Telemetry telemetry;
-      session->fill(clock.now(), &telemetry);
+      pilot->fill(clock.now(), &telemetry);
       sent += static_cast<double>(telemetry.commands_sent);
       missed += static_cast<double>(telemetry.deadlines_missed);
       solve += telemetry.health.solve_time_s;

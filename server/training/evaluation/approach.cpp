@@ -5,7 +5,8 @@
 #include <numbers>
 
 #include "common/base/statistics.h"
-#include "server/service/sight.h"
+#include "server/perception/learned/learned_sensor.h"
+#include "server/perception/sight.h"
 #include "server/training/data/scene_parts.h"
 #include "server/training/evaluation/parallel.h"
 #include "server/training/evaluation/shot.h"
@@ -149,32 +150,30 @@ class Recorder final : public perception::DepthEncoder {
 class Chain {
  public:
   Chain(Observer* observer, const Approach& flight)
-      : observer_(observer), recorder_(&observer->encoder()), shape_(flight.scenario.world.gates[0].shape) {
+      : observer_(observer), encoders_(recorder(&observer->encoder())), shape_(flight.scenario.world.gates[0].shape) {
     Course course;
     course.closed = false;
     course.waypoints.push_back({flight.nominal_W, flight.direction_W, shape_});
-    service::SightOptions options;
-    options.validity_threshold = observer->bundle().manifest().validity_threshold;
-    options.takes_prior = observer->knows_center();
-    sight_.emplace(dataset_camera(), course, service::make_memory(observer->bundle(), observer->decoder(), course),
-                   options);
+    sight_.emplace(dataset_camera(), course,
+                   std::make_unique<perception::LearnedSensor>(&observer->bundle(), observer->decoder(), &encoders_),
+                   perception::SightOptions{});
     direction_W_ = flight.direction_W;
   }
 
   ApproachFrame look(std::span<const std::uint16_t> image_mm, Stamp stamp, const Isometry3d& X_WC,
                      const Isometry3d& X_WG) {
     const Isometry3d X_WB = X_WC * dataset_camera().X_BC.inverse();
-    const Vector3d expected_W = sight_->memory().expected_center_W(0);
-    recorder_.forget();
+    const Vector3d expected_W = sight_->records().expected_center_W(0);
+    recorder_->forget();
     const std::span<const std::uint8_t> bytes(reinterpret_cast<const std::uint8_t*>(image_mm.data()),
                                               image_mm.size_bytes());
-    sight_->look(bytes, protocol::DepthEncoding::kMillimetres16, stamp, X_WB, 0, 0, recorder_);
+    sight_->look(bytes, protocol::DepthEncoding::kMillimetres16, stamp, X_WB, 0, 0);
     ApproachFrame out;
     out.distance_m = (X_WG.translation() - X_WC.translation()).norm();
     const auto error_G = [&](const Vector3d& center_W) -> Vector3d {
       return X_WG.linear().transpose() * (center_W - X_WG.translation());
     };
-    if (const auto& encoding = recorder_.first(); encoding.has_value()) {
+    if (const auto& encoding = recorder_->first(); encoding.has_value()) {
       kernels::fold(observer_->decoder(), encoding->latent, X_WC, &field_.decoder);
       const Vector3d around_W =
           observer_->knows_center() ? Vector3d(X_WC * encoding->center_C.cast<double>()) : expected_W;
@@ -182,16 +181,26 @@ class Chain {
                                                  around_W, direction_W_);
       if (fit.ok) out.frame_G = error_G(fit.X_WG.translation());
     }
-    if (sight_->memory().seen(0)) out.memory_G = error_G(sight_->memory().expected_center_W(0));
+    if (sight_->records().seen(0)) out.memory_G = error_G(sight_->records().expected_center_W(0));
     return out;
   }
 
  private:
+  /// The one encoder that the sensor gets.
+  std::vector<std::unique_ptr<perception::DepthEncoder>> recorder(perception::DepthEncoder* encoder) {
+    auto made = std::make_unique<Recorder>(encoder);
+    recorder_ = made.get();
+    std::vector<std::unique_ptr<perception::DepthEncoder>> encoders;
+    encoders.push_back(std::move(made));
+    return encoders;
+  }
+
   Observer* observer_;
-  Recorder recorder_;
+  Recorder* recorder_ = nullptr;
+  perception::EncoderPool encoders_;
   GateShape shape_;
   Vector3d direction_W_;
-  std::optional<service::Sight> sight_;
+  std::optional<perception::Sight> sight_;
   perception::DecodedField field_;
 };
 

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/gates/gate_records.h"
 #include "server/kernels/backend.h"
+#include "server/perception/learned/learned_sensor.h"
 #include "server/training/data/sampling.h"
 #include "server/training/evaluation/wrong_gate.h"
 
@@ -30,8 +32,11 @@ bool memory_takes(const Observer& observer, const perception::Encoding& encoding
   Course course;
   course.closed = false;
   course.waypoints.push_back({level_camera() * nominal_C, Eigen::Vector3d::UnitX(), shape});
-  perception::GateMemory memory(observer.bundle(), observer.decoder(), course);
-  return memory.observe(0, encoding, level_camera(), Stamp{0}) == perception::GateMemory::Outcome::kTaken;
+  gates::GateRecords records(course);
+  perception::DecodedField raw;
+  auto seen = perception::observation_of(observer.bundle(), observer.decoder(), encoding, level_camera(),
+                                         records.expectation(0), &raw);
+  return seen && records.take(0, &seen->gate, Stamp{0});
 }
 
 }  // namespace

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "common/model/bundle.h"
-#include "server/perception/depth_encoder.h"
-#include "server/perception/gate_memory.h"
-#include "server/perception/hourglass_fit.h"
+#include "server/perception/learned/decoded_field.h"
+#include "server/perception/learned/depth_encoder.h"
+#include "server/perception/learned/hourglass_fit.h"
 #include "server/training/data/dataset.h"
 #include "server/training/evaluation/frame.h"
 

@@ -46,10 +46,5 @@ TEST(ClassicalDetector, SeesNoGateWhereThereIsNone) {
   EXPECT_FALSE(detector.detect(image.depth_m, scene.camera, std::nullopt).has_value());
 }
 
-TEST(ClassicalDetector, APoseGoesThroughTheLatent) {
-  const Scene scene = scene_with({4, 0.3, 1.6}, 0.2);
-  EXPECT_TRUE(pose_from(latent_of(scene.X_CG())).isApprox(scene.X_CG(), 1e-5));
-}
-
 }  // namespace
 }  // namespace gatefield::baseline

@@ -24,35 +24,35 @@ std::map<std::pair<std::uint64_t, std::uint64_t>, Rates> fly(int threads) {
   testing::FakeTransport transport;
   ControlPool pool({threads, false, &crew, {}}, &clock, &transport);
   EXPECT_EQ(pool.complaint(), "");
-  std::vector<std::shared_ptr<Session>> sessions;
+  std::vector<std::shared_ptr<pilot::Pilot>> pilots;
   for (std::uint64_t id = 1; id <= 2; ++id) {
     planner::Profile profile = testing::small_profile();
     profile.samples = 512;
-    SessionParts parts;
+    pilot::PilotParts parts;
     parts.request = testing::join_request("drone" + std::to_string(id), 7, protocol::Timing::kLockstep);
-    parts.id = id;
+    parts.session = id;
     auto planner = planner::Planner::create(profile, parts.request.quadrotor, parts.request.course.waypoints[0].gate,
                                             kGuideConeAngle_rad, id, {&crew, true});
     EXPECT_TRUE(planner.ok());
     parts.planner = std::move(planner).value();
-    parts.memory =
-        std::make_unique<testing::FakeMemory>(parts.request.course, std::make_shared<testing::FakeMemory::Script>());
+    parts.sensor = std::make_unique<testing::FakeSensor>();
     parts.isa = "any";
-    parts.clock = &clock;
-    sessions.push_back(std::make_shared<Session>(std::move(parts)));
-    pool.add(sessions.back());
+    parts.now = clock.now();
+    pilots.push_back(std::make_shared<pilot::Pilot>(std::move(parts)));
+    pool.add(pilots.back());
   }
   for (std::uint64_t i = 1; i <= kStates; ++i) {
-    for (const auto& session : sessions) {
-      session->take_state(testing::hover_state(session->vehicle(), session->id(), i,
-                                               50s + static_cast<std::int64_t>(i) * 20ms,
-                                               {0.1 * static_cast<double>(i), 0, 1.5}));
-      pool.wake(session.get());
+    for (const auto& pilot : pilots) {
+      pilot->intake().take_state(
+          testing::hover_state(pilot->vehicle(), pilot->session(), i, 50s + static_cast<std::int64_t>(i) * 20ms,
+                               {0.1 * static_cast<double>(i), 0, 1.5}),
+          clock.now());
+      pool.wake(pilot.get());
     }
     const auto end = clock.now() + 10s;
     while (transport.command_count() < 2 * i && clock.now() < end) std::this_thread::sleep_for(100us);
   }
-  for (const auto& session : sessions) pool.remove(session.get());
+  for (const auto& pilot : pilots) pool.remove(pilot.get());
   std::map<std::pair<std::uint64_t, std::uint64_t>, Rates> rates;
   for (const auto& command : transport.commands()) {
     const auto& u = command.thrust_rate_n_s[0];

@@ -11,8 +11,6 @@
 namespace gatefield::service {
 namespace {
 
-using testing::FakeEncoder;
-using testing::FakeMemory;
 using testing::FakePlanner;
 using ::testing::HasSubstr;
 using testing::join_request;
@@ -36,19 +34,16 @@ class ServiceTest : public ::testing::Test {
     planner::Profile paper = testing::small_profile();
     paper.name = "paper";
     options.profiles = {{"race", race}, {"paper", paper}};
-    Factories factories;
-    factories.planner = [this](const planner::Profile& profile,
-                               const protocol::SessionRequest& request) -> Result<std::unique_ptr<planner::Planner>> {
+    Factories factories = testing::fake_factories();
+    factories.planner = [this, make = factories.planner](const planner::Profile& profile,
+                                                         const protocol::SessionRequest& request) {
       last_seed_ = request.seed;
-      return std::unique_ptr<planner::Planner>(
-          std::make_unique<FakePlanner>(profile, request.quadrotor, std::make_shared<FakePlanner::Script>()));
+      return make(profile, request);
     };
-    factories.memory = [](const protocol::SessionRequest& request) -> std::unique_ptr<Memory> {
-      return std::make_unique<FakeMemory>(request.course, std::make_shared<FakeMemory::Script>());
-    };
-    factories.encoder = []() -> Result<std::unique_ptr<perception::DepthEncoder>> {
-      return std::unique_ptr<perception::DepthEncoder>(std::make_unique<FakeEncoder>());
-    };
+    if (factory_failure_)
+      factories.observer = [this](const protocol::SessionRequest&) -> Result<std::unique_ptr<pilot::StepObserver>> {
+        return *factory_failure_;
+      };
     return std::make_unique<Service>(options, factories, &clock_, &transport_);
   }
   /// What the service says to a request.
@@ -70,6 +65,7 @@ class ServiceTest : public ::testing::Test {
   testing::FakeTransport transport_;
   std::unique_ptr<Service> service_;
   std::uint64_t last_seed_ = 0;
+  std::optional<Error> factory_failure_;
 };
 
 TEST_F(ServiceTest, AcceptsAVehicleAndSaysWhatItGets) {
@@ -88,15 +84,16 @@ TEST_F(ServiceTest, AcceptsAVehicleAndSaysWhatItGets) {
   EXPECT_EQ(last_seed_, 42u);
 
   send_state(reply, 1);
-  const auto session = service_->session_of("drone");
-  ASSERT_TRUE(session);
-  EXPECT_NE(session->step(clock_.now()).command, nullptr);
+  const auto pilot = service_->session_of("drone");
+  ASSERT_TRUE(pilot);
+  EXPECT_NE(pilot->stepping().step(clock_.now()).command, nullptr);
 }
 
 TEST_F(ServiceTest, SessionNumbersDifferBetweenVehiclesAndStarts) {
   const auto first = ask(join_request("a", 1));
   const auto second = ask(join_request("b", 1));
   EXPECT_NE(first.session, second.session);
+  EXPECT_NE(second.session, first.session + 1);  // nobody guesses the next one
   service_ = make();
   EXPECT_NE(ask(join_request("a", 1)).session, first.session);
 }
@@ -114,10 +111,14 @@ TEST_F(ServiceTest, RefusalsNameFieldValueAndExpectation) {
     const char* what;
     std::function<void(protocol::SessionRequest&)> spoil;
     std::vector<std::string> words;
+    ErrorCode code = ErrorCode::kInvalid;
   };
   const std::vector<Case> cases{
       {"version", [](auto& r) { r.version = 2; }, {"version is 2", "expected 1"}},
-      {"profile", [](auto& r) { r.profile = "drift"; }, {"profile is \"drift\"", "paper, race"}},
+      {"profile",
+       [](auto& r) { r.profile = "drift"; },
+       {"profile is \"drift\"", "paper, race"},
+       ErrorCode::kUnknownName},
       {"mass", [](auto& r) { r.quadrotor.mass_kg = 0; }, {"mass_kg is 0"}},
       {"thrust", [](auto& r) { r.quadrotor.thrust_max_n = 1.5; }, {"thrust_max_n is 1.5", "weight"}},
       {"course", [](auto& r) { r.course.waypoints.clear(); }, {"course.waypoints is 0 long", "1 to 64"}},
@@ -129,14 +130,28 @@ TEST_F(ServiceTest, RefusalsNameFieldValueAndExpectation) {
     const auto reply = ask(request);
     EXPECT_FALSE(reply.accepted) << bad.what;
     EXPECT_EQ(reply.session, 0u);
+    if (std::string(bad.what) != "version") {
+      EXPECT_EQ(reply.code, bad.code) << bad.what;
+    }
     for (const std::string& word : bad.words) EXPECT_THAT(reply.reason, HasSubstr(word));
   }
   EXPECT_EQ(service_->sessions(), 0u);
 }
 
-TEST_F(ServiceTest, RefusesWhatTheWireFoundWrong) {
-  const auto reply = ask(join_request(), Error{"course.waypoints is 4000000000 long, expected 1 to 64"});
+TEST_F(ServiceTest, WhatAFactoryRefusesIsToldToTheVehicle) {
+  factory_failure_ = Error("trace drone.trace can't be written", ErrorCode::kUnreadable);
+  service_ = make();
+  const auto reply = ask(join_request());
   EXPECT_FALSE(reply.accepted);
+  EXPECT_EQ(reply.code, ErrorCode::kUnreadable);
+  EXPECT_THAT(reply.reason, HasSubstr("drone.trace"));
+  EXPECT_EQ(service_->sessions(), 0u);
+}
+
+TEST_F(ServiceTest, RefusesWhatTheWireFoundWrong) {
+  const auto reply = ask(join_request(), Error::invalid("course.waypoints", "4000000000 long", "1 to 64"));
+  EXPECT_FALSE(reply.accepted);
+  EXPECT_EQ(reply.code, ErrorCode::kInvalid);
   EXPECT_THAT(reply.reason, HasSubstr("4000000000"));
 }
 
@@ -146,6 +161,7 @@ TEST_F(ServiceTest, ANameInUseIsBusyUntilItFallsSilent) {
   clock_.advance(900ms);
   const auto refused = ask(join_request("drone", 8));
   EXPECT_FALSE(refused.accepted);
+  EXPECT_EQ(refused.code, ErrorCode::kBusyName);
   EXPECT_THAT(refused.reason, StartsWith("busy:"));
   EXPECT_EQ(refused.request, 8u);
 
@@ -156,7 +172,7 @@ TEST_F(ServiceTest, ANameInUseIsBusyUntilItFallsSilent) {
   EXPECT_EQ(service_->sessions(), 1u);
   // The old client's samples don't reach the new session.
   send_state(mine, 2, 51s);
-  EXPECT_EQ(service_->session_of("drone")->step(clock_.now()).command, nullptr);
+  EXPECT_EQ(service_->session_of("drone")->stepping().step(clock_.now()).command, nullptr);
   protocol::Telemetry telemetry;
   service_->session_of("drone")->fill(clock_.now(), &telemetry);
   EXPECT_EQ(telemetry.states_rejected, 1u);
@@ -167,6 +183,7 @@ TEST_F(ServiceTest, FullMeansBusyAndASilentSessionMakesRoom) {
   ask(join_request("b", 1));
   const auto refused = ask(join_request("c", 1));
   EXPECT_FALSE(refused.accepted);
+  EXPECT_EQ(refused.code, ErrorCode::kBusyServer);
   EXPECT_THAT(refused.reason, StartsWith("busy:"));
   EXPECT_THAT(refused.reason, HasSubstr("2 vehicles"));
 
@@ -218,6 +235,7 @@ TEST_F(ServiceTest, AnAbandonedSessionEndsAndIsTold) {
   const auto last = transport_.replies().back();
   EXPECT_FALSE(last.accepted);
   EXPECT_EQ(last.request, 7u);
+  EXPECT_EQ(last.code, ErrorCode::kAbandoned);
   EXPECT_THAT(last.reason, HasSubstr("no state came"));
 }
 
@@ -225,14 +243,14 @@ TEST_F(ServiceTest, SamplesOfUnknownVehiclesAreCounted) {
   service_->on_state(testing::hover_state("nobody", 1, 1, 50s));
   auto frame = testing::depth_frame(join_request("nobody"), 1, 1, 50s);
   service_->on_depth(frame);
-  service_->on_rejected(Service::Kind::kState, "nobody", "p_WB is (nan, 0, 0)");
+  service_->on_rejected(Service::Kind::kState, "nobody", Error("p_WB is (nan, 0, 0)"));
   EXPECT_EQ(service_->strays(), 3u);
 }
 
 TEST_F(ServiceTest, WhatTheWireRejectedIsCountedWithTheVehicle) {
   const auto reply = ask(join_request());
-  service_->on_rejected(Service::Kind::kState, "drone", "p_WB is (nan, 0, 0), expected finite");
-  service_->on_rejected(Service::Kind::kDepth, "drone", "encoding is 9, expected 0 or 1");
+  service_->on_rejected(Service::Kind::kState, "drone", Error("p_WB is (nan, 0, 0), expected finite"));
+  service_->on_rejected(Service::Kind::kDepth, "drone", Error("encoding is 9, expected 0 or 1"));
   clock_.advance(500ms);
   service_->housekeep();
   ASSERT_FALSE(transport_.telemetries().empty());
@@ -262,6 +280,7 @@ TEST_F(ServiceTest, LeavingServersSaySo) {
   ASSERT_EQ(replies.size(), 4u);
   for (std::size_t i = 2; i < 4; ++i) {
     EXPECT_FALSE(replies[i].accepted);
+    EXPECT_EQ(replies[i].code, ErrorCode::kLeaving);
     EXPECT_THAT(replies[i].reason, HasSubstr("leaving"));
   }
   EXPECT_EQ(replies[2].request, 1u);

@@ -13,9 +13,8 @@
 namespace gatefield::service {
 namespace {
 
-using testing::FakeEncoder;
-using testing::FakeMemory;
 using testing::FakePlanner;
+using testing::FakeSensor;
 using namespace std::chrono_literals;
 
 template <typename Condition>
@@ -38,19 +37,7 @@ class ServiceThreadsTest : public ::testing::Test {
     race.control_rate_hz = 200;
     options.profiles = {{"race", race}};
     options.telemetry_period = 10ms;
-    Factories factories;
-    factories.planner = [](const planner::Profile& profile,
-                           const protocol::SessionRequest& request) -> Result<std::unique_ptr<planner::Planner>> {
-      return std::unique_ptr<planner::Planner>(
-          std::make_unique<FakePlanner>(profile, request.quadrotor, std::make_shared<FakePlanner::Script>()));
-    };
-    factories.memory = [](const protocol::SessionRequest& request) -> std::unique_ptr<Memory> {
-      return std::make_unique<FakeMemory>(request.course, std::make_shared<FakeMemory::Script>());
-    };
-    factories.encoder = []() -> Result<std::unique_ptr<perception::DepthEncoder>> {
-      return std::unique_ptr<perception::DepthEncoder>(std::make_unique<FakeEncoder>());
-    };
-    service_ = std::make_unique<Service>(options, factories, &clock_, &transport_);
+    service_ = std::make_unique<Service>(options, testing::fake_factories(), &clock_, &transport_);
   }
 
   protocol::SessionReply join(const protocol::SessionRequest& request) {
@@ -72,7 +59,7 @@ class ServiceThreadsTest : public ::testing::Test {
 };
 
 TEST_F(ServiceThreadsTest, TwoProducersWhileOneControls) {
-  ASSERT_TRUE(service_->start().ok());
+  service_->start();
   const auto request = testing::join_request();
   const auto reply = join(request);
   ASSERT_TRUE(reply.accepted) << reply.reason;
@@ -119,7 +106,7 @@ TEST_F(ServiceThreadsTest, TwoProducersWhileOneControls) {
 }
 
 TEST_F(ServiceThreadsTest, LockstepClientsSideBySideEachGetOneAnswerPerState) {
-  ASSERT_TRUE(service_->start().ok());
+  service_->start();
   std::vector<std::thread> clients;
   std::array<std::uint64_t, 3> sessions{};
   for (std::size_t i = 0; i < sessions.size(); ++i) {
@@ -157,14 +144,14 @@ TEST_F(ServiceThreadsTest, LockstepClientsSideBySideEachGetOneAnswerPerState) {
 }
 
 TEST_F(ServiceThreadsTest, AMissingFrameDoesNotStopLockstep) {
-  ASSERT_TRUE(service_->start().ok());
+  service_->start();
   const auto reply = join(testing::join_request("drone", 1, protocol::Timing::kLockstep));
   auto state = testing::hover_state("drone", reply.session, 1, 50s);
   state.depth_sequence = 1;
   const Stamp begin = clock_.now();
   service_->on_state(state);
   ASSERT_TRUE(eventually([&] { return transport_.command_count() == 1; }));
-  EXPECT_GE(clock_.now() - begin, Session::kDepthWait);
+  EXPECT_GE(clock_.now() - begin, pilot::Stepping::kDepthWait);
   EXPECT_TRUE(transport_.commands()[0].health.degraded);
   service_->on_state(state);  // asked again
   ASSERT_TRUE(eventually([&] { return transport_.command_count() == 2; }));
@@ -172,7 +159,7 @@ TEST_F(ServiceThreadsTest, AMissingFrameDoesNotStopLockstep) {
 }
 
 TEST_F(ServiceThreadsTest, SessionsComeAndGoWhileOthersFly) {
-  ASSERT_TRUE(service_->start().ok());
+  service_->start();
   const auto steady = join(testing::join_request("steady", 1));
   std::atomic<bool> flying{true};
   std::thread states([&] {
@@ -208,30 +195,32 @@ TEST_F(ServiceThreadsTest, LateStepsAreCountedAndDoNotShiftTheOthers) {
   };
   planner::Profile profile = testing::small_profile();
   profile.control_rate_hz = 200;
-  SessionParts parts;
+  pilot::PilotParts parts;
   parts.request = testing::join_request();
-  parts.id = 1;
+  parts.session = 1;
   parts.planner = std::make_unique<FakePlanner>(profile, parts.request.quadrotor, script);
-  parts.memory = std::make_unique<FakeMemory>(parts.request.course, std::make_shared<FakeMemory::Script>());
-  parts.clock = &clock_;
-  const auto session = std::make_shared<Session>(std::move(parts));
+  parts.sensor = std::make_unique<FakeSensor>();
+  parts.now = clock_.now();
+  const auto flown = std::make_shared<pilot::Pilot>(std::move(parts));
   // Again and again: on a busy machine ten steps can take longer than a client may be silent.
   std::uint64_t states = 0;
-  const auto tell = [&] { session->take_state(testing::hover_state("drone", 1, ++states, 50s + states * 1ms)); };
+  const auto tell = [&] {
+    flown->intake().take_state(testing::hover_state("drone", 1, ++states, 50s + states * 1ms), clock_.now());
+  };
   tell();
   ControlPool pool({1, false}, &clock_, &transport_);
-  pool.add(session);
+  pool.add(flown);
   EXPECT_TRUE(eventually([&] {
     tell();
     return plans >= 10;
   }));
-  pool.remove(session.get());
+  pool.remove(flown.get());
   const int after = plans;
   std::this_thread::sleep_for(15ms);
   EXPECT_EQ(plans, after);
   pool.stop();
   protocol::Telemetry telemetry;
-  session->fill(clock_.now(), &telemetry);
+  flown->fill(clock_.now(), &telemetry);
   EXPECT_GE(telemetry.deadlines_missed, 4u);
 }
 

@@ -9,7 +9,7 @@
 #include "common/model/bundle.h"
 #include "common/model/two_look.h"
 #include "server/kernels/backend.h"
-#include "server/perception/depth_encoder.h"
+#include "server/perception/learned/depth_encoder.h"
 #include "server/training/learn/export.h"
 #include "server/training/learn/train_loop.h"
 #include "server/training/learn/trainer.h"

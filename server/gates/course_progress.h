@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+
+#include "common/course/course.h"
+#include "server/gates/passages.h"
+
+namespace gatefield::gates {
+
+/// Where in the course a vehicle is, as far as the planner can know: it counts a gate as passed when the vehicle
+/// crosses the believed plane inside the believed opening in the passing direction. The referee's word is another
+/// matter.
+/// Thread-safe: no.   Real-time safe: all but the constructor; a copy shares the course.
+class CourseProgress {
+ public:
+  /// @pre the course is valid
+  explicit CourseProgress(const Course& course);
+
+  const Passages& passages() const noexcept { return route_->passages; }
+
+  /// Goes on from a gate and lap that an earlier server had reached. A vehicle that the next update() finds beyond the
+  /// nominal plane and nearer to the way out than to the way in has coasted through the gate in between, and that gate
+  /// counts as passed.
+  void resume(std::uint32_t waypoint, std::uint32_t lap) noexcept;
+
+  /// Advances with the vehicle's new position. @return true when the target changed.
+  bool update(const Eigen::Vector3d& p_WB, const GateBelief& target) noexcept;
+
+  std::uint32_t target() const noexcept { return at_.target; }
+  std::uint32_t lap() const noexcept { return at_.lap; }
+  bool done() const noexcept { return at_.done; }
+
+  bool has_next() const noexcept;
+  std::uint32_t next() const noexcept;  ///< waypoint after the target; the target itself when there is none
+
+  /// Belief from the course alone: Passages::nominal().
+  const GateBelief& nominal(std::uint32_t waypoint) const noexcept { return route_->passages.nominal(waypoint); }
+
+  /// All that update() and resume() change: to be written down, and set to what was.
+  struct State {
+    std::uint32_t target = 0;
+    std::uint32_t lap = 0;
+    bool done = false;
+    bool has_previous = false;
+    bool resumed = false;  ///< by resume(), and not moved since
+    Eigen::Vector3d previous_p_WB = Eigen::Vector3d::Zero();
+  };
+  const State& state() const noexcept { return at_; }
+  /// @return false, and nothing changes, when the course has no such waypoint or lap
+  bool restore(const State& state) noexcept;
+
+ private:
+  struct Route {
+    Course course;
+    Passages passages;
+  };
+  bool has(std::uint32_t waypoint, std::uint32_t lap) const noexcept;
+  void advance() noexcept;
+  bool passed_while_away(const Eigen::Vector3d& p_WB) const noexcept;
+  bool has_neighbour(int offset) const noexcept;         ///< of the target along a lap, offset +-1
+  Eigen::Vector3d neighbour(int offset) const noexcept;  ///< its nominal centre. @pre has_neighbour(offset)
+
+  std::shared_ptr<const Route> route_;
+  State at_;
+};
+
+}  // namespace gatefield::gates

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/model/bundle.h"
+#include "server/perception/gate_sensor.h"
+#include "server/perception/learned/decoded_field.h"
+#include "server/perception/learned/encoder_pool.h"
+
+namespace gatefield::perception {
+
+/// What an encoding says of a gate: its validity, and centre and axis of the opening, fitted to its field's values.
+/// @param raw  out: the field as captured
+/// @return empty: it shows no gate (manifest's threshold), or no hourglass explains the field
+/// @param decoder  the bundle's, prepared by the back end that computes the field
+std::optional<Observation> observation_of(const model::Bundle& bundle,
+                                          const std::shared_ptr<const kernels::PreparedDecoder>& decoder,
+                                          const Encoding& encoding, const Eigen::Isometry3d& X_WC,
+                                          const gates::Expectation& gate, DecodedField* raw);
+
+/// The product's sensor (paper, E_theta and g_phi): an encoder turns the image into a latent, the decoder's field
+/// speaks of the gate's surroundings, and the gate's pose is what the field itself says, fitted to decoder values.
+/// Thread-safe: no (perception).   Real-time safe: no.
+class LearnedSensor final : public GateSensor {
+ public:
+  /// @param decoder   the bundle's, prepared by the back end that computes the fields
+  /// @param encoders  of this bundle; both outlive this
+  LearnedSensor(const model::Bundle* bundle, std::shared_ptr<const kernels::PreparedDecoder> decoder,
+                EncoderPool* encoders);
+  ~LearnedSensor() override;
+
+  bool steerable() const noexcept override;
+  std::optional<Observation> look(const View& view, const gates::Expectation& gate, Where where) override;
+  std::shared_ptr<const gates::Field> field(const Eigen::Isometry3d& measured_X_WG, const Eigen::Isometry3d& X_WG,
+                                            const GateShape& shape) override;
+  FieldSource source_of(const gates::Field& field) const override;
+  Result<std::shared_ptr<const gates::Field>> restore(const FieldSource& source, const GateShape& shape) override;
+
+ private:
+  class Remembered;
+  std::shared_ptr<Remembered> free_field();
+
+  const model::Bundle* bundle_;
+  std::shared_ptr<const kernels::PreparedDecoder> decoder_;
+  EncoderPool* encoders_;
+  DecodedField raw_;           ///< scratch: the newest latent as captured
+  std::vector<float> latent_;  ///< of the newest observation
+  Eigen::Isometry3d X_WC_ = Eigen::Isometry3d::Identity();
+  /// All fields made so far. One that nobody else holds is folded into again: references are taken and dropped by the
+  /// thread that looks alone.
+  std::vector<std::shared_ptr<Remembered>> fields_;
+};
+
+}  // namespace gatefield::perception

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "common/protocol/messages.h"
+#include "server/pilot/note.h"
+#include "server/pilot/plan_guard.h"
+
+namespace gatefield::pilot {
+
+/// What became of one vehicle's samples and plans, in numbers and in words: for telemetry and log.
+/// Thread-safe: yes. Real-time safe: counting and withhold(); the rest takes a mutex that the control step never takes.
+class Account {
+ public:
+  using Counter = std::atomic<std::uint64_t>;
+  static void count(Counter& counter, std::uint64_t by = 1) noexcept {
+    counter.fetch_add(by, std::memory_order_relaxed);
+  }
+
+  Counter states_received{0}, states_rejected{0};
+  Counter frames_received{0}, frames_rejected{0}, frames_invalid{0};
+  Counter commands_sent{0}, commands_lost{0}, deadlines_missed{0};
+  std::atomic<std::int64_t> encode_time_ns{0};  ///< of the newest frame
+
+  /// Why a sample was not used.
+  void note(Note note);
+  /// A plan was not sent.
+  void withhold(Withheld why) noexcept;
+
+  /// The counters, and the newest reason.
+  void fill(protocol::Telemetry* telemetry);
+  /// The newest note; nothing when there was none.
+  std::optional<Note> last_note();
+  /// What went wrong since the last call, for the log: empty when nothing did.
+  std::optional<std::string> complaints();
+
+ private:
+  std::atomic<int> withheld_{0};
+  Counter commands_withheld_{0};
+  std::mutex mutex_;
+  std::optional<Note> last_note_;
+  std::uint64_t unlogged_ = 0;
+  std::uint64_t withheld_logged_ = 0;
+};
+
+}  // namespace gatefield::pilot

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+#include "common/base/clock.h"
+#include "common/base/result.h"
+#include "common/protocol/messages.h"
+#include "server/pilot/mailboxes.h"
+
+namespace gatefield::pilot {
+
+/// The receiving side of a pilot: states and depth frames are checked here, and put where the other sides find them.
+/// Thread-safe: yes; by mutexes of its own, held for the length of a copy or less and by receiving threads only.
+/// Real-time safe: no.
+class Intake {
+ public:
+  /// @param request  of the session; @param shared  both outlive this
+  /// @param session  number that samples have to carry
+  Intake(const protocol::SessionRequest* request, std::uint64_t session, Mailboxes* shared);
+
+  enum class Outcome {
+    kTaken,
+    kRepeated,  ///< the newest one came again (a lockstep client asks for its answer; nothing else happens)
+    kRejected,  ///< counted, with a note for telemetry and log
+  };
+  /// @param now  server's clock
+  Outcome take_state(const protocol::VehicleState& state, Stamp now);
+  /// Takes the pixels by swapping buffers when the frame is good. A frame that comes again is left alone.
+  Outcome take_depth(protocol::DepthFrame& frame);
+  /// A sample of this vehicle was refused before it got here.
+  void note_rejected_state(const Error& why);
+  void note_rejected_frame(const Error& why);
+
+  /// When (server's clock) the newest good state came; when the session began, if none has.
+  Stamp last_heard() const noexcept { return Stamp{shared_->last_heard.load(std::memory_order_relaxed)}; }
+
+  /// The newest sample of a kind that was taken.
+  struct Newest {
+    std::uint64_t sequence = 0;  ///< 0: none
+    Stamp stamp{0};
+  };
+  /// All there is beside the mailboxes: to be written down, and set to what was.
+  struct State {
+    Newest state;
+    Newest frame;
+  };
+  State state() const noexcept { return {newest_state_, newest_frame_}; }
+  void restore(const State& state) noexcept {
+    newest_state_ = state.state;
+    newest_frame_ = state.frame;
+  }
+
+ private:
+  Status check(const protocol::VehicleState& state) const;
+  Status check(const protocol::DepthFrame& frame) const;
+  bool lockstep() const noexcept { return request_->timing == protocol::Timing::kLockstep; }
+
+  const protocol::SessionRequest* request_;
+  const std::uint64_t session_;
+  Mailboxes* shared_;
+  std::mutex states_mutex_;
+  Newest newest_state_;
+  std::mutex frames_mutex_;
+  Newest newest_frame_;
+};
+
+}  // namespace gatefield::pilot

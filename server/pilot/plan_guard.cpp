@@ -1,0 +1,48 @@
+#include "server/pilot/plan_guard.h"
+
+#include <algorithm>
+
+#include "common/protocol/messages.h"
+
+namespace gatefield::pilot {
+namespace {
+
+constexpr double kLimitSlack = 1e-3;        // rounding between single and double precision
+constexpr double kMaxBodyRate_rad_s = 200;  // protocol::validate refuses more
+
+}  // namespace
+
+Withheld why_withheld(const QuadrotorModel& model, const planner::Plan& plan) noexcept {
+  const int steps = std::min(plan.steps, protocol::kMaxPlanSteps);
+  if (steps < 1) return Withheld::kNotFinite;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(steps); ++k) {
+    const ThrustRates& rates = plan.thrust_rate_n_s[k];
+    const QuadrotorState& state = plan.state[k];
+    if (!rates.allFinite() || !state.thrust_command_n.allFinite() || !state.w_WB_B.allFinite())
+      return Withheld::kNotFinite;
+    if (rates.cwiseAbs().maxCoeff() > model.thrust_rate_max_n_s + kLimitSlack) return Withheld::kRateLimit;
+    if (state.thrust_command_n.minCoeff() < model.thrust_min_n - kLimitSlack ||
+        state.thrust_command_n.maxCoeff() > model.thrust_max_n + kLimitSlack)
+      return Withheld::kThrustLimit;
+    if (!(state.w_WB_B.norm() < kMaxBodyRate_rad_s)) return Withheld::kBodyRate;
+  }
+  return Withheld::kNothing;
+}
+
+const char* sentence(Withheld why) noexcept {
+  switch (why) {
+    case Withheld::kNothing:
+      return "";
+    case Withheld::kNotFinite:
+      return "a plan was withheld: its inputs or predicted states were not finite";
+    case Withheld::kRateLimit:
+      return "a plan was withheld: a thrust rate was beyond the vehicle's limit";
+    case Withheld::kThrustLimit:
+      return "a plan was withheld: a rotor thrust was beyond the vehicle's limits";
+    case Withheld::kBodyRate:
+      return "a plan was withheld: a body rate was beyond 200 rad/s";
+  }
+  return "";
+}
+
+}  // namespace gatefield::pilot

@@ -1,0 +1,134 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/vehicle/quadrotor.h"
+
+/// From a state that was true a moment ago to the state in which the next plan begins.
+namespace gatefield::pilot {
+
+/// What the vehicle was told to do, as pieces of constant thrust rate over the client's time. A plan holds from its
+/// start until the next one's start; what it said beyond that is cut off, because the client switches over there. Past
+/// the newest plan's validity, and before the first one, the thrust rates are zero (the thrusts stay).
+/// Thread-safe: no (control step).   Real-time safe: yes (fixed memory).
+class InputTimeline {
+ public:
+  /// A plan was sent. @param step  length of each interval, more than 0
+  void add(Stamp plan_start, Stamp step, std::span<const ThrustRates> rates, Stamp validity) noexcept;
+
+  /// What was sent did not hold before `from`: the first plan's delay was not known when it was made.
+  void begin_at(Stamp from) noexcept;
+
+  /// Calls f(rates, from, to) for consecutive pieces that cover [from, to] without a hole.
+  template <typename F>
+  void visit(Stamp from, Stamp to, F&& f) const noexcept {
+    const ThrustRates still = ThrustRates::Zero();
+    std::size_t i = 0;
+    std::size_t last = count_;  // nth(i).to > from for all i >= the one found
+    while (i < last) {
+      const std::size_t middle = i + (last - i) / 2;
+      if (nth(middle).to <= from)
+        i = middle + 1;
+      else
+        last = middle;
+    }
+    for (; from < to && i < count_; ++i) {
+      const Piece& piece = nth(i);
+      if (piece.from > from) {
+        const Stamp until = std::min(piece.from, to);
+        f(still, from, until);
+        from = until;
+      }
+      if (from >= to) return;
+      const Stamp until = std::min(piece.to, to);
+      f(piece.rates, from, until);
+      from = until;
+    }
+    if (from < to) f(still, from, to);
+  }
+
+  struct Piece {
+    Stamp from{0};
+    Stamp to{0};
+    ThrustRates rates = ThrustRates::Zero();
+  };
+  /// What visit() can come to from `from` on: to be written down. Allocates.
+  std::vector<Piece> pieces(Stamp from) const;
+  /// @param pieces  one after the other, each longer than nothing; @return false, and nothing changes, when they aren't
+  bool restore(std::span<const Piece> pieces) noexcept;
+
+ private:
+  /// 0.65 s of plans at 500 Hz, and one plan of 64 intervals on top.
+  static constexpr std::size_t kCapacity = 512;
+  const Piece& nth(std::size_t index) const noexcept { return ring_[(first_ + index) % kCapacity]; }
+  Piece& nth(std::size_t index) noexcept { return ring_[(first_ + index) % kCapacity]; }
+
+  std::array<Piece, kCapacity> ring_;
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+};
+
+/// Moves a state from one stamp to another through what was sent, in steps of at most 10 ms of the reference dynamics
+/// (step_reference), so that the prediction's own error is far below the model's.
+/// @param disturbance_W_m_s2  acceleration beyond the model's, constant meanwhile
+/// Thread-safe: yes.   Real-time safe: yes (bounded: one step per 10 ms and per piece).
+void predict(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
+             const Eigen::Vector3d& disturbance_W_m_s2, QuadrotorState* state) noexcept;
+
+/// The same for the rotors alone: thrust_n and thrust_command_n, for vehicles that can't measure their thrust.
+void predict_rotors(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
+                    QuadrotorState* state) noexcept;
+
+/// How long it takes from now until a plan that is begun now can begin to hold at the vehicle.
+///
+/// The client measures from sending a state to receiving the command that answers it. Of that, the server knows what
+/// passed in its own house (from receiving the state to sending the command); the rest is the network, there and back.
+/// So, with exponential means (a quarter of weight for each new value at first, a tenth later):
+///   network = mean(round trip) - mean(residence),   solve = mean + 2 mean deviations,
+///   ahead() = network + solve, held within [0, kMaxDelay].
+/// The state's age since it was received comes on top; the way up is part of `network` and the way down too.
+///
+/// In lockstep there is no clock here. The client measures the whole way by its own, from a state's stamp to the first
+/// use of the plan that answers it; two mean deviations on top keep most plans of a link that jitters from being late:
+///   whole() = mean(round trip) + 2 mean deviations, held within [0, kMaxDelay].
+/// Thread-safe: no (control step).   Real-time safe: yes.
+class DelayEstimate {
+ public:
+  static constexpr std::chrono::nanoseconds kMaxDelay = std::chrono::milliseconds(400);
+
+  void round_trip(std::chrono::nanoseconds measured) noexcept { take(seconds(measured), 0.0, &state_.round_trip); }
+  void residence(std::chrono::nanoseconds measured) noexcept {
+    take(seconds(measured), kFirstDeviation, &state_.residence);
+  }
+  void solve(std::chrono::nanoseconds measured) noexcept { take(seconds(measured), kFirstDeviation, &state_.solve); }
+
+  std::chrono::nanoseconds network() const noexcept;
+  std::chrono::nanoseconds ahead() const noexcept;
+  std::chrono::nanoseconds whole() const noexcept;
+
+  struct Mean {
+    double value = 0.0;
+    double deviation = 0.0;
+    int count = 0;
+  };
+  /// All there is: to be written down, and set to what was.
+  struct State {
+    Mean round_trip, residence, solve;
+  };
+  const State& state() const noexcept { return state_; }
+  void restore(const State& state) noexcept { state_ = state; }
+
+ private:
+  static constexpr double kFirstDeviation = 0.25;  ///< of the first value, as part of it
+  /// The round trip's first deviation is nothing: over a simulated link without jitter, whole() is exact at once.
+  static void take(double x, double first_deviation, Mean* mean) noexcept;
+
+  State state_;
+};
+
+}  // namespace gatefield::pilot

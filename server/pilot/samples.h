@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/protocol/messages.h"
+#include "common/vehicle/quadrotor.h"
+
+namespace gatefield::pilot {
+
+/// A vehicle's state that was checked.
+struct StateSample {
+  std::uint64_t sequence = 0;
+  Stamp stamp{0};
+  Stamp received{0};     ///< server's clock
+  QuadrotorState state;  ///< attitude of unit length
+  bool thrust_known = true;
+  Stamp round_trip{0};
+  std::uint64_t depth_sequence = 0;
+  std::uint32_t heard_waypoint = 0;
+  std::uint32_t heard_lap = 0;
+};
+
+/// A depth frame that was checked against the camera.
+struct DepthSample {
+  std::uint64_t sequence = 0;
+  Stamp stamp{0};
+  protocol::DepthEncoding encoding = protocol::DepthEncoding::kMillimetres16;
+  std::vector<std::uint8_t> pixels;
+};
+
+}  // namespace gatefield::pilot

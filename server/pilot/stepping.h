@@ -1,0 +1,125 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "common/base/clock.h"
+#include "common/protocol/messages.h"
+#include "server/gates/course_progress.h"
+#include "server/gates/known_gates.h"
+#include "server/pilot/disturbance.h"
+#include "server/pilot/mailboxes.h"
+#include "server/pilot/predictor.h"
+#include "server/pilot/step_observer.h"
+#include "server/planner/planner.h"
+
+namespace gatefield::pilot {
+
+/// The control side of a pilot: from the newest state and what is known of the gates to the command to send.
+///
+/// Real time: step() is called at every control tick. It predicts the newest state forward to the moment when the plan
+/// can begin to hold at the vehicle, and goes on from its own prediction when no state comes; after kSilence without
+/// one it sends nothing more, and the client falls back.
+///
+/// Lockstep: step() is called when something came. It answers each new state once, after the depth frame which that
+/// state names was looked at (or kDepthWait passed); a state that comes again is answered with the same command again.
+/// The state is predicted by the delay that the client measured in simulated time, and by nothing else: no clock is
+/// involved. The same states and frames give the same commands (but for the measured times in `health`).
+///
+/// Each step() that gives a command is followed by solved(), and by sent() once the command was handed over.
+/// Thread-safe: no (one control thread at a time).   Real-time safe: step(), solved(), sent() and missed_deadlines():
+/// no allocation, lock, log, clock or system call.
+class Stepping {
+ public:
+  static constexpr std::chrono::nanoseconds kSilence = std::chrono::milliseconds(500);
+  /// Long enough for a client that repeats a lost frame; a race on a busy machine stays the same as long as it is not
+  /// used up.
+  static constexpr std::chrono::nanoseconds kDepthWait = std::chrono::seconds(1);
+  static constexpr std::chrono::nanoseconds kMaxValidity = std::chrono::milliseconds(400);
+  /// Without a usable depth frame for this long a plan is called degraded.
+  static constexpr std::chrono::nanoseconds kDepthMissing = std::chrono::milliseconds(500);
+  /// "Never" for times to wake up at.
+  static constexpr Stamp kNever = Stamp::max();
+
+  /// @param request   of the session; @param shared  both outlive this
+  /// @param observer  may be null
+  /// @param isa       instruction set of the kernels, told in every command
+  Stepping(const protocol::SessionRequest* request, std::uint64_t session, const std::string& isa,
+           std::unique_ptr<planner::Planner> planner, std::unique_ptr<StepObserver> observer, Mailboxes* shared);
+
+  std::chrono::nanoseconds control_period() const noexcept { return period_; }
+
+  struct Answer {
+    const protocol::ThrustRateCommand* command = nullptr;  ///< to be sent now; valid until the next step()
+    Stamp wake_at = kNever;  ///< lockstep: call again then, if nothing comes before (a depth frame is awaited)
+  };
+  /// The control step. @param now  server's clock
+  Answer step(Stamp now) noexcept;
+  /// How long the step took that gave the command; real-time plans begin as much later.
+  void solved(std::chrono::nanoseconds took) noexcept;
+  /// The command was handed to the transport. @param ok  what the transport said
+  void sent(Stamp now, bool ok) noexcept;
+  void missed_deadlines(std::uint64_t count) noexcept { Account::count(shared_->account.deadlines_missed, count); }
+
+  planner::Planner& planner() noexcept { return *planner_; }
+  gates::CourseProgress& progress() noexcept { return progress_; }
+  const gates::KnownGates& gates() const noexcept { return gates_; }
+  /// Takes in what lies in the mailboxes, as the next step would; for whoever writes the state down.
+  void absorb() noexcept;
+
+  /// All that decides later commands, beside planner, progress and gates: to be written down, and set to what was.
+  struct State {
+    StateSample newest;
+    bool have_state = false;
+    bool state_is_new = false;  ///< `newest` was not planned from yet
+    bool have_rotors = false;
+    QuadrotorState rotors;  ///< thrusts only, modelled when the vehicle can't tell
+    Stamp rotors_stamp{0};
+    Stamp first_stamp{0};  ///< of the first state
+    InputTimeline inputs;
+    DelayEstimate delay;
+    bool delay_known = false;
+    Disturbance disturbance;
+    QuadrotorState measured;  ///< the last state taken in, with its rotors
+    Stamp measured_stamp{-1};
+    gates::GateBelief passed;  ///< the gate flown through last, without its field
+    bool have_passed = false;
+    std::uint64_t steps_made = 0;
+    bool have_plan = false;
+    Stamp last_plan_start{0};
+    bool holding = false;
+    gates::GateBelief hold;  ///< where to stay behind the last gate
+    protocol::ThrustRateCommand command;
+    bool command_good = false;
+    bool first_answer = false;  ///< `command` is the first answer to its state
+  };
+  const State& state() const noexcept { return state_; }
+  /// @pre from a pilot of the same session, course and profile
+  void restore(const State& state) noexcept { state_ = state; }
+
+ private:
+  bool lockstep() const noexcept { return request_->timing == protocol::Timing::kLockstep; }
+  /// What the planner aims at: the belief, with the nominal waypoint in its place where the profile wants that.
+  gates::GateBelief planned(std::uint32_t waypoint) const noexcept;
+  void take_in(const StateSample& sample) noexcept;
+  void watch_disturbance(const StateSample& sample) noexcept;
+  void hold_behind(const planner::PlanInput& input) noexcept;
+  void fill_command(Stamp plan_start) noexcept;
+  void fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded) noexcept;
+
+  const protocol::SessionRequest* request_;
+  Mailboxes* shared_;
+  std::unique_ptr<planner::Planner> planner_;
+  std::unique_ptr<StepObserver> observer_;
+  const std::chrono::nanoseconds period_;
+  gates::CourseProgress progress_;  // from states that were measured
+  gates::CourseProgress ahead_;     // the same, moved on to where the plan starts
+  gates::KnownGates gates_;
+  State state_;
+  planner::Plan plan_;
+  bool unsolved_ = false;  // the newest command waits for solved()
+};
+
+}  // namespace gatefield::pilot

@@ -1,0 +1,110 @@
+#include "server/gates/course_progress.h"
+
+#include <gtest/gtest.h>
+
+namespace gatefield::gates {
+namespace {
+
+Course square_course(int laps) {
+  Course course;
+  course.laps = laps;
+  for (const Eigen::Vector3d& p : {Eigen::Vector3d(6, 0, 1.5), Eigen::Vector3d(0, 6, 1.5), Eigen::Vector3d(-6, 0, 1.5),
+                                   Eigen::Vector3d(0, -6, 1.5)})
+    course.waypoints.push_back({p, Eigen::Vector3d::Zero(), {}});
+  return course;
+}
+
+TEST(CourseProgress, AxisFollowsFromTheNeighbours) {
+  const CourseProgress progress(square_course(1));
+  EXPECT_TRUE(progress.nominal(0).axis_W.isApprox(Eigen::Vector3d(0, 1, 0), 1e-9));
+  EXPECT_TRUE(progress.nominal(1).axis_W.isApprox(Eigen::Vector3d(-1, 0, 0), 1e-9));
+  EXPECT_FALSE(progress.nominal(0).seen);
+}
+
+TEST(CourseProgress, AGivenDirectionWins) {
+  Course course = square_course(1);
+  course.waypoints[2].direction_W = {0, 0, -1};
+  EXPECT_TRUE(CourseProgress(course).nominal(2).axis_W.isApprox(Eigen::Vector3d(0, 0, -1), 1e-9));
+}
+
+TEST(CourseProgress, ThroughTheOpeningForwardsOnly) {
+  CourseProgress progress(square_course(1));
+  GateBelief gate = progress.nominal(0);
+  gate.seen = true;
+  EXPECT_FALSE(progress.update({6, 1, 1.5}, gate));
+  EXPECT_FALSE(progress.update({6, -1, 1.5}, gate));  // backwards
+  EXPECT_TRUE(progress.update({6, 0.5, 1.5}, gate));
+  EXPECT_EQ(progress.target(), 1u);
+}
+
+TEST(CourseProgress, BesideTheFrameDoesNotCountOnceSeen) {
+  CourseProgress progress(square_course(1));
+  GateBelief gate = progress.nominal(0);
+  EXPECT_FALSE(progress.update({7.2, -1, 1.5}, gate));
+  gate.seen = true;
+  EXPECT_FALSE(progress.update({7.2, 1, 1.5}, gate));
+  EXPECT_EQ(progress.target(), 0u);
+}
+
+TEST(CourseProgress, AnUnseenGateMayBeFarFromItsWaypoint) {
+  CourseProgress progress(square_course(1));
+  const GateBelief gate = progress.nominal(0);
+  progress.update({7.2, -1, 1.5}, gate);
+  EXPECT_TRUE(progress.update({7.2, 1, 1.5}, gate));
+}
+
+TEST(CourseProgress, CountsLapsAndEnds) {
+  CourseProgress progress(square_course(2));
+  for (int lap = 0; lap < 2; ++lap)
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(progress.target(), i);
+      EXPECT_EQ(progress.lap(), static_cast<std::uint32_t>(lap));
+      EXPECT_EQ(progress.has_next(), !(lap == 1 && i == 3));
+      const GateBelief gate = progress.nominal(i);
+      progress.update(gate.center_W - gate.axis_W, gate);
+      EXPECT_TRUE(progress.update(gate.center_W + gate.axis_W, gate));
+    }
+  EXPECT_TRUE(progress.done());
+  const GateBelief gate = progress.nominal(0);
+  progress.update(gate.center_W - gate.axis_W, gate);
+  EXPECT_FALSE(progress.update(gate.center_W + gate.axis_W, gate));
+}
+
+TEST(CourseProgress, ResumesWhereItWasToldAndIgnoresNonsense) {
+  CourseProgress progress(square_course(3));
+  progress.resume(2, 1);
+  EXPECT_EQ(progress.target(), 2u);
+  EXPECT_EQ(progress.lap(), 1u);
+  progress.resume(99, 1);
+  progress.resume(1, 99);
+  EXPECT_EQ(progress.target(), 2u);
+  EXPECT_EQ(progress.lap(), 1u);
+}
+
+TEST(CourseProgress, AGateCoastedThroughWhileNobodyPlannedCountsAfterResuming) {
+  CourseProgress beyond(square_course(3));
+  beyond.resume(2, 1);  // the gate at (-6, 0), passed along -y
+  EXPECT_TRUE(beyond.update({-6.3, -1.0, 1.2}, beyond.nominal(2)));
+  EXPECT_EQ(beyond.target(), 3u);
+
+  CourseProgress far_beyond(square_course(3));
+  far_beyond.resume(2, 1);
+  EXPECT_TRUE(far_beyond.update({-4.5, -3.5, 1.2}, far_beyond.nominal(2)));
+
+  CourseProgress before(square_course(3));
+  before.resume(2, 1);
+  EXPECT_FALSE(before.update({-6.3, 1.0, 1.2}, before.nominal(2)));
+  EXPECT_EQ(before.target(), 2u);
+
+  CourseProgress beginning(square_course(3));
+  beginning.resume(0, 0);
+  EXPECT_FALSE(beginning.update({5.5, 1.0, 1.2}, beginning.nominal(0)));
+
+  CourseProgress elsewhere(square_course(3));
+  elsewhere.resume(2, 1);
+  EXPECT_FALSE(elsewhere.update({2.0, -1.0, 1.2}, elsewhere.nominal(2)));
+  EXPECT_EQ(elsewhere.target(), 2u);
+}
+
+}  // namespace
+}  // namespace gatefield::gates

@@ -1,0 +1,147 @@
+// A pilot written down and read again, here and in another process.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "server/pilot/pilot_state.pb.h"
+#include "tests/support/process.h"
+#include "tests/unit/server/pilot/flight.h"
+
+namespace gatefield::pilot {
+namespace {
+
+using ::testing::HasSubstr;
+using namespace std::chrono_literals;
+
+constexpr int kFirst = 110, kThen = 90;  // steps of 20 ms
+constexpr std::size_t kFewKilobytes = 8 * 1024;
+
+class Move : public ::testing::TestWithParam<protocol::Timing> {
+ protected:
+  bool lockstep() const { return GetParam() == protocol::Timing::kLockstep; }
+};
+
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+TEST_P(Move, ToAnotherProcessChangesNoBitOfTheCommands) {
+  testing::Flight flight(GetParam());
+  const auto pilot = flight.make_pilot();
+  flight.fly(pilot.get(), kFirst);
+  const std::string state = pilot->save();
+  RecordProperty("state_bytes", static_cast<int>(state.size()));
+  EXPECT_LT(state.size(), kFewKilobytes) << "of a race on the shipped circle";
+  const std::uint32_t passed = flight.target_waypoint() + 4 * flight.lap();
+  const std::string stayed = joined(flight.fly(pilot.get(), kThen));
+  EXPECT_GT(flight.target_waypoint() + 4 * flight.lap(), passed) << "there was a gate to pass";
+
+  const std::string stem = ::testing::TempDir() + "pilot-" + std::to_string(::getpid());
+  std::ofstream(stem + ".state", std::ios::binary) << state;
+  test::Process other(
+      GATEFIELD_BINARY_DIR "/tests/unit/server/pilot/pilot_flies_on",
+      {stem + ".state", lockstep() ? "lockstep" : "real-time", std::to_string(kFirst), std::to_string(kThen)},
+      stem + ".out");
+  ASSERT_EQ(other.wait(100s), 0) << other.output();
+  EXPECT_EQ(other.output(), stayed);
+}
+
+TEST_P(Move, AgainAndAgainWithinARaceChangesNothing) {
+  testing::Flight stays(GetParam()), moves(GetParam());
+  auto pilot = stays.make_pilot();
+  const std::vector<std::string> stayed = stays.fly(pilot.get(), 60);
+  std::vector<std::string> moved;
+  auto mover = moves.make_pilot();
+  for (int i = 0; i < 20; ++i) {
+    for (std::string& command : moves.fly(mover.get(), 3)) moved.push_back(std::move(command));
+    const std::string state = mover->save();
+    EXPECT_EQ(mover->save(), state) << "saving changes nothing";
+    mover = moves.make_pilot();
+    ASSERT_TRUE(mover->restore(state)) << mover->restore(state).error();
+    EXPECT_EQ(mover->save(), state) << "all there is was taken over";
+  }
+  EXPECT_EQ(moved, stayed);
+}
+
+INSTANTIATE_TEST_SUITE_P(Timings, Move, ::testing::Values(protocol::Timing::kLockstep, protocol::Timing::kRealTime),
+                         [](const auto& timing) {
+                           return timing.param == protocol::Timing::kLockstep ? "Lockstep" : "RealTime";
+                         });
+
+class SavedState : public ::testing::Test {
+ protected:
+  SavedState() {
+    flight_.fly(pilot_.get(), 30);
+    EXPECT_TRUE(state_.ParseFromString(pilot_->save()));
+  }
+  /// What a new pilot says to the state, which it is left unchanged by.
+  Error refusal() {
+    const auto other = flight_.make_pilot();
+    const std::string before = other->save();
+    const Status status = other->restore(state_.SerializeAsString());
+    EXPECT_EQ(other->save(), before);
+    return status.ok() ? Error("taken") : status.failure();
+  }
+  testing::Flight flight_{protocol::Timing::kLockstep};
+  std::unique_ptr<Pilot> pilot_ = flight_.make_pilot();
+  proto::PilotState state_;
+};
+
+TEST_F(SavedState, OfAnotherFormatIsRefused) {
+  state_.set_format(99);
+  EXPECT_EQ(refusal().code, ErrorCode::kVersion);
+  EXPECT_THAT(refusal().message, HasSubstr("format is 99"));
+}
+
+TEST_F(SavedState, OfAnotherModelIsRefused) {
+  state_.set_model_hash(1);
+  EXPECT_EQ(refusal().code, ErrorCode::kVersion);
+  EXPECT_THAT(refusal().message, HasSubstr("model in use"));
+}
+
+TEST_F(SavedState, OfAnotherSessionCourseOrProfileIsRefused) {
+  const proto::PilotState good = state_;
+  state_.set_session(1);
+  EXPECT_EQ(refusal().field, "session");
+  state_ = good;
+  state_.set_profile("paper");
+  EXPECT_EQ(refusal().field, "profile");
+  state_ = good;
+  state_.mutable_looking()->mutable_gates()->RemoveLast();
+  EXPECT_EQ(refusal().field, "looking.gates");
+  state_ = good;
+  state_.mutable_stepping()->mutable_mean_n_s()->RemoveLast();
+  EXPECT_EQ(refusal().field, "stepping.mean_n_s");
+  state_ = good;
+  state_.mutable_stepping()->mutable_progress()->set_target(4);
+  EXPECT_EQ(refusal().field, "stepping.progress");
+}
+
+TEST_F(SavedState, ThatIsDamagedIsRefused) {
+  const proto::PilotState good = state_;
+  state_.mutable_looking()->mutable_gates(0)->add_latent(0.0f);
+  EXPECT_EQ(refusal().field, "looking.gates.latent");
+  state_ = good;
+  state_.mutable_stepping()->mutable_newest()->mutable_state()->set_p_wb(0, std::nan(""));
+  EXPECT_EQ(refusal().field, "stepping.newest.state");
+  state_ = good;
+  state_.mutable_looking()->set_target(64);
+  EXPECT_EQ(refusal().field, "looking.target");
+  const auto other = flight_.make_pilot();
+  EXPECT_EQ(other->restore("not a state").failure().code, ErrorCode::kInvalid);
+}
+
+TEST_F(SavedState, OfAServerWhoseClockIsOffIsMovedByAsMuch) {
+  const auto other = flight_.make_pilot();
+  ASSERT_TRUE(other->restore(state_.SerializeAsString(), 7s).ok());
+  EXPECT_EQ(other->intake().last_heard(), pilot_->intake().last_heard() + 7s);
+  EXPECT_EQ(other->stepping().state().newest.received, pilot_->stepping().state().newest.received + 7s);
+}
+
+}  // namespace
+}  // namespace gatefield::pilot

@@ -1,0 +1,186 @@
+#include "server/pilot/predictor.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace gatefield::pilot {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::vector<ThrustRates> plan_of(std::initializer_list<double> rates) {
+  std::vector<ThrustRates> plan;
+  for (const double rate : rates) plan.push_back(ThrustRates::Constant(rate));
+  return plan;
+}
+
+struct Span {
+  double rate;
+  Stamp from;
+  Stamp to;
+  bool operator==(const Span&) const = default;
+};
+void PrintTo(const Span& span, std::ostream* out) {
+  *out << span.rate << " N/s from " << span.from.count() << " to " << span.to.count() << " ns";
+}
+
+std::vector<Span> visited(const InputTimeline& inputs, Stamp from, Stamp to) {
+  std::vector<Span> spans;
+  inputs.visit(from, to, [&](const ThrustRates& rates, Stamp begin, Stamp end) {
+    spans.push_back({rates[0], begin, end});
+  });
+  return spans;
+}
+
+TEST(InputTimeline, NothingSentMeansThrustsStay) {
+  const InputTimeline inputs;
+  EXPECT_EQ(visited(inputs, 5ms, 25ms), (std::vector<Span>{{0, 5ms, 25ms}}));
+}
+
+TEST(InputTimeline, ANewerPlanCutsTheOlderOneOff) {
+  InputTimeline inputs;
+  inputs.add(100ms, 30ms, plan_of({1, 2, 3}), 90ms);
+  inputs.add(120ms, 30ms, plan_of({4, 5, 6}), 90ms);
+  EXPECT_EQ(visited(inputs, 90ms, 250ms), (std::vector<Span>{{0, 90ms, 100ms},
+                                                             {1, 100ms, 120ms},
+                                                             {4, 120ms, 150ms},
+                                                             {5, 150ms, 180ms},
+                                                             {6, 180ms, 210ms},
+                                                             {0, 210ms, 250ms}}));
+  EXPECT_EQ(visited(inputs, 130ms, 140ms), (std::vector<Span>{{4, 130ms, 140ms}}));
+}
+
+TEST(InputTimeline, AnEarlierStartReplacesWhatWasToCome) {
+  InputTimeline inputs;
+  inputs.add(100ms, 30ms, plan_of({1, 2, 3}), 90ms);
+  inputs.add(90ms, 30ms, plan_of({7}), 30ms);
+  EXPECT_EQ(visited(inputs, 90ms, 130ms), (std::vector<Span>{{7, 90ms, 120ms}, {0, 120ms, 130ms}}));
+}
+
+TEST(InputTimeline, EndsWithTheValidity) {
+  InputTimeline inputs;
+  inputs.add(0ms, 30ms, plan_of({1, 2, 3}), 40ms);
+  EXPECT_EQ(visited(inputs, 0ms, 60ms), (std::vector<Span>{{1, 0ms, 30ms}, {2, 30ms, 40ms}, {0, 40ms, 60ms}}));
+}
+
+TEST(InputTimeline, NothingHoldsBeforeTheFirstPlanArrived) {
+  InputTimeline inputs;
+  inputs.add(0ms, 30ms, plan_of({1, 2, 3, 4}), 400ms);
+  inputs.begin_at(70ms);
+  EXPECT_EQ(visited(inputs, 20ms, 110ms), (std::vector<Span>{{0, 20ms, 70ms}, {3, 70ms, 90ms}, {4, 90ms, 110ms}}));
+}
+
+TEST(InputTimeline, ForgetsTheOldestWhenFull) {
+  InputTimeline inputs;
+  for (int i = 0; i < 5000; ++i) inputs.add(i * 2ms, 30ms, plan_of({1.0 * i, 0, 0}), 90ms);
+  EXPECT_EQ(visited(inputs, 9990ms, 9994ms), (std::vector<Span>{{4995, 9990ms, 9992ms}, {4996, 9992ms, 9994ms}}));
+  EXPECT_EQ(visited(inputs, 9000ms, 9002ms), (std::vector<Span>{{4500, 9000ms, 9002ms}}));
+  EXPECT_EQ(visited(inputs, 0ms, 2ms), (std::vector<Span>{{0, 0ms, 2ms}}));
+}
+
+TEST(Predictor, FollowsTheCommandsThatWereSent) {
+  // The vehicle flies two plans; the prediction from a state in the first must end where the vehicle does.
+  const QuadrotorModel model;
+  QuadrotorState start;
+  start.p_WB = {1, 2, 3};
+  start.v_WB = {6, 1, 0};
+  start.q_WB = Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.2, 1, 0).normalized());
+  start.w_WB_B = {0.5, 1.0, -0.3};
+  start.thrust_n = start.thrust_command_n = hover_thrust_n(model);
+
+  std::vector<ThrustRates> first(20, ThrustRates(10, -8, 5, 0));
+  std::vector<ThrustRates> second(20, ThrustRates(-12, 9, 3, 6));
+  InputTimeline inputs;
+  inputs.add(0ms, 30ms, first, 400ms);
+  inputs.add(45ms, 30ms, second, 400ms);
+
+  QuadrotorState truth = start;
+  for (int ms = 0; ms < 100; ++ms) truth = step_reference(model, truth, ms < 45 ? first[0] : second[0], 1e-3);
+  QuadrotorState predicted = start;
+  predict(model, inputs, 0ms, 100ms, Eigen::Vector3d::Zero(), &predicted);
+  EXPECT_LT((predicted.p_WB - truth.p_WB).norm(), 1e-5);
+  EXPECT_LT((predicted.v_WB - truth.v_WB).norm(), 1e-4);
+  EXPECT_LT(predicted.q_WB.angularDistance(truth.q_WB), 1e-5);
+  EXPECT_LT((predicted.thrust_n - truth.thrust_n).norm(), 1e-6);
+  EXPECT_LT((predicted.thrust_command_n - truth.thrust_command_n).norm(), 1e-9);
+
+  // Without the commands it would be elsewhere: the test can tell.
+  QuadrotorState blind = start;
+  predict(model, InputTimeline{}, 0ms, 100ms, Eigen::Vector3d::Zero(), &blind);
+  EXPECT_GT((blind.p_WB - truth.p_WB).norm(), 5e-4);
+  EXPECT_GT(blind.q_WB.angularDistance(truth.q_WB), 5e-3);
+}
+
+TEST(Predictor, AddsTheDisturbance) {
+  const QuadrotorModel model;
+  QuadrotorState state;
+  state.thrust_n = state.thrust_command_n = hover_thrust_n(model);
+  predict(model, InputTimeline{}, 0ms, 200ms, {1.0, 0, -0.5}, &state);
+  EXPECT_NEAR(state.v_WB.x(), 0.2, 0.01);  // a little less: drag
+  EXPECT_NEAR(state.p_WB.x(), 0.02, 1e-3);
+  EXPECT_NEAR(state.p_WB.z(), -0.01, 1e-3);
+}
+
+TEST(Predictor, ModelsRotorsThatCantBeMeasured) {
+  const QuadrotorModel model;
+  InputTimeline inputs;
+  inputs.add(0ms, 30ms, std::vector<ThrustRates>(20, ThrustRates(5, 5, -5, 0)), 400ms);
+  QuadrotorState rotors;
+  rotors.thrust_n = rotors.thrust_command_n = hover_thrust_n(model);
+  QuadrotorState truth = rotors;
+  for (int ms = 0; ms < 70; ++ms) step_rotors(model, ThrustRates(5, 5, -5, 0), 1e-3, &truth);
+  predict_rotors(model, inputs, 0ms, 70ms, &rotors);
+  EXPECT_LT((rotors.thrust_n - truth.thrust_n).norm(), 1e-9);
+  EXPECT_LT((rotors.thrust_command_n - truth.thrust_command_n).norm(), 1e-9);
+  EXPECT_GT((rotors.thrust_n - hover_thrust_n(model)).norm(), 0.2);
+}
+
+TEST(DelayEstimate, TakesTheServersOwnPartOutOfTheRoundTrip) {
+  DelayEstimate delay;
+  EXPECT_EQ(delay.ahead(), 0ns);
+  for (int i = 0; i < 200; ++i) {
+    delay.round_trip(28ms);
+    delay.residence(8ms);
+    delay.solve(5ms);
+  }
+  EXPECT_NEAR(seconds(delay.network()), 0.020, 1e-6);
+  EXPECT_NEAR(seconds(delay.ahead()), 0.025, 1e-4);
+}
+
+TEST(DelayEstimate, StaysWithinItsBounds) {
+  DelayEstimate slow;
+  slow.round_trip(2s);
+  slow.solve(1s);
+  EXPECT_EQ(slow.ahead(), DelayEstimate::kMaxDelay);
+  DelayEstimate odd;
+  odd.round_trip(1ms);
+  odd.residence(5ms);
+  EXPECT_EQ(odd.network(), 0ns);
+}
+
+TEST(DelayEstimate, AllowsForSolveTimesThatVary) {
+  DelayEstimate delay;
+  for (int i = 0; i < 200; ++i) delay.solve(i % 2 ? 4ms : 8ms);
+  EXPECT_GT(seconds(delay.ahead()), 0.008);
+  EXPECT_LT(seconds(delay.ahead()), 0.012);
+}
+
+TEST(DelayEstimate, OfALinkThatJittersMostPlansAreNotLate) {
+  DelayEstimate steady, jittery;
+  int late = 0;
+  for (int i = 0; i < 400; ++i) {
+    const auto taken = std::chrono::milliseconds(100 + (i * 37) % 41);  // evenly spread over 40 ms
+    late += i >= 50 && taken > jittery.whole() ? 1 : 0;
+    jittery.round_trip(taken);
+    steady.round_trip(100ms);
+  }
+  EXPECT_NEAR(seconds(steady.whole()), 0.100, 1e-4);
+  EXPECT_LT(seconds(jittery.whole()), 0.150);
+  EXPECT_LT(late, 35);
+  for (int i = 0; i < 400; ++i) jittery.round_trip(2s);
+  EXPECT_EQ(jittery.whole(), DelayEstimate::kMaxDelay);
+}
+
+}  // namespace
+}  // namespace gatefield::pilot
