@@ -6,8 +6,7 @@ namespace gatefield::planner {
 
 /// Where each rollout goes through the gate's plane, which several costs want to know. Fills, per block of rollouts:
 ///   along[k]            signed distance x to the plane of the target gate
-///   through[k]          1 from the step on in which the plane is crossed forwards with a positive clearance at the
-///                       plane
+///   through[k]          1 from the step on in which the plane is crossed forwards, with a positive clearance there
 ///   crossing_clearance  the least clearance c(x) over the slab |x| <= slab_half around a crossing, taken as linear
 ///                       between the two states beside it; kNoCrossing without one. Forward crossings count always,
 ///                       backward ones when they would hit the frame: far outside is the way back around the gate.

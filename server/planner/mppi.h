@@ -10,19 +10,17 @@
 
 namespace gatefield::planner {
 
-/// Model predictive path integral control over thrust rates (paper, "Vision Guided Racing Controller via MPPI"). A
-/// step:
-///   1. U, the previous plan, is shifted by the time that has passed (warm_start.h)
-///   2. U_m = U + noise (kernels/noise/noise.h), the first of the M samples without; correlated over the steps where
-///   the
-///      profile wants it:  e_k = rho e_{k-1} + sqrt(1 - rho^2) n_k
-///   3. states X_m by rolling U_m out (kernels/rollout/rollout.h), and what disturbs them (applied_disturbance.h); U_m
-///   is
-///      what was applied within the limits
-///   4. J_m, the sum of the cost terms (rollout_costs.h), measured by where the gates are (race_guidance.h), the field
-///      only for those that may get weight (short_list.h)
-///   5. w_m = softmax(-J_m / lambda),  U = sum_m w_m U_m (kernels/average/average.h)
-/// and the plan is U with the states that follow from it. Steps 2 to 4 run in blocks of kBlock samples, which a crew
+/// Model predictive path integral control over thrust rates (paper, "Vision Guided Racing Controller via MPPI").
+/// A step:
+///   1. U, the previous plan, is shifted by the time that has passed (warm_start.h).
+///   2. U_m = U + noise, the first of the M samples without (kernels/noise/noise.h); where the profile wants it, noise
+///      is correlated over the steps: e_k = rho e_{k-1} + sqrt(1 - rho^2) n_k.
+///   3. States X_m follow by rolling U_m out (kernels/rollout/rollout.h) and from what disturbs them
+///      (applied_disturbance.h); U_m becomes what was applied within the limits.
+///   4. J_m is the sum of the cost terms (rollout_costs.h), measured by where the gates are (race_guidance.h), with the
+///      field only for those that may get weight (short_list.h).
+///   5. w_m = softmax(-J_m / lambda),  U = sum_m w_m U_m (kernels/average/average.h).
+/// The plan is U with the states that follow from it. Steps 2 to 4 run in blocks of kBlock samples, which a crew
 /// shares; every block writes its own results, and sums over blocks are made in their order.
 /// See Planner for threads and real time.
 class Mppi final : public Planner {

@@ -9,9 +9,9 @@ namespace gatefield::planner {
 /// A potential V(p), metres, that falls along the way to and through a gate's opening. With c the centre, a the passing
 /// axis, D the funnel's distance, f = c - D a the point in front of the gate and b a point beside the frame:
 ///   inside the cone around -a   V = |p - c|
-///   outside it                  V = |p - f| + D            first to the point in front: arriving from the side clips a
-///                                                          post
+///   outside it                  V = |p - f| + D            first to the point in front
 ///   beyond the plane            V = |p - b| + |b - f| + D  the way back leads around the frame
+/// (Arriving from the side clips a post, hence the point in front.)
 /// Without a funnel V = |p - c| everywhere (the paper's waypoint).
 struct Guidance {
   float cx = 0, cy = 0, cz = 0;  ///< c
