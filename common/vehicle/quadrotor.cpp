@@ -73,19 +73,20 @@ Status validate_body(const QuadrotorModel& model) {
   const double arm_m = longest_arm_m(model), unit = model.mass_kg * arm_m * arm_m;
   const Eigen::Vector3d& J = model.inertia_kg_m2;
   for (int i = 0; i < 3; ++i) {
-    const std::string axis = "[" + std::to_string(i) + "]";
+    constexpr const char* kAxes[] = {"[0]", "[1]", "[2]"};
+    const char* const axis = kAxes[i];
     if (!(J[i] >= kLightest * unit && J[i] <= kHeaviest * unit))
-      return wrong("inertia_kg_m2" + axis, J[i],
+      return wrong(std::string("inertia_kg_m2").append(axis), J[i],
                    text(kLightest * unit) + " to " + text(kHeaviest * unit) +
                        " kg m^2, 0.01 to 10 times mass and longest arm squared");
     const double others = J.sum() - J[i];
     if (J[i] > others * (1.0 + kTriangleTolerance))
-      return wrong("inertia_kg_m2" + axis, J[i],
+      return wrong(std::string("inertia_kg_m2").append(axis), J[i],
                    "at most " + text(others) +
                        " kg m^2, the sum of the other two: no rigid body has more (triangle rule of inertias)");
     const double most_kg_s = model.mass_kg / kLongestStep_s;
     if (!(model.drag_kg_s[i] <= most_kg_s))
-      return wrong("drag_kg_s" + axis, model.drag_kg_s[i],
+      return wrong(std::string("drag_kg_s").append(axis), model.drag_kg_s[i],
                    "0 to " + text(most_kg_s) + " kg/s, the mass over the planner's longest step of " +
                        text(kLongestStep_s) + " s: more would turn the speed around within a step");
   }

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "client/race/trial_log.h"
+#include "client/race/trial_table.h"
 #include "tests/integration/race/programs.h"
 
 namespace gatefield::test {
