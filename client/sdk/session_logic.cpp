@@ -1,6 +1,11 @@
 #include "client/sdk/session_logic.h"
 
 namespace gatefield::sdk {
+namespace {
+
+Error refusal_in(const protocol::SessionReply& reply) { return Error(reply.reason, reply.code); }
+
+}  // namespace
 
 bool SessionLogic::request_due(Stamp now) {
   const bool wanted =
@@ -25,7 +30,7 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, Stamp now) {
   }
 
   if (phase_ == Phase::kJoining) {
-    refusal_ = Error(reply.reason, reply.code);
+    refusal_ = refusal_in(reply);
     if (may_pass(reply.code)) {
       ++request_;
       if (request_ == 0) request_ = 1;
@@ -35,7 +40,7 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, Stamp now) {
     }
   } else if (ours) {
     phase_ = Phase::kEnded;
-    refusal_ = Error(reply.reason, reply.code);
+    refusal_ = refusal_in(reply);
     if (spare_) {
       adopt(*spare_);
       return true;

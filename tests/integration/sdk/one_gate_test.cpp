@@ -35,7 +35,6 @@ class OneGate : public ::testing::Test {
     EXPECT_EQ(flight.code, 0) << flight.output << server_.output();
   }
 
- private:
   test::Programs programs_;
   test::Process server_;
 };
