@@ -27,9 +27,8 @@ struct Track {
 };
 
 /// Reads a course file (schema: course.proto) and checks it: 1 to 64 waypoints, gate shape, waypoints and start inside
-/// the flight volume, gates above the floor.
-/// Errors: the sentence names file, field, value and what was expected.
-/// Thread-safe: yes.   Real-time safe: no.
+/// the flight volume, gates above the floor. The sentence names file, field, value and what was expected. Thread-safe:
+/// yes.   Real-time safe: no.
 Result<Track> load_track(const std::filesystem::path& file);
 
 /// Passing direction at waypoint i, unit: the waypoint's own, or where it has none, from the waypoint before to the one
