@@ -54,8 +54,8 @@ Status validate(const Chart& chart);
 
 /// One line a point: series,x,y,low,high, with a header that carries the axes' labels and units.
 std::string to_csv(const Chart& chart);
-/// The script that draws `csv` into `png`, both names of files in the folder where gnuplot runs. @pre
-/// validate(chart).ok(), names of [A-Za-z0-9_.-]
+/// The script that draws `csv` into `png`, both names of files in the folder where gnuplot runs.
+/// @pre validate(chart).ok(), names of [A-Za-z0-9_.-]
 std::string to_gnuplot(const Chart& chart, const std::string& csv, const std::string& png);
 
 struct DrawOptions {
@@ -70,8 +70,8 @@ struct Drawn {
 };
 
 /// Writes <folder>/<name>.csv and .gp and has gnuplot draw <name>.png. A gnuplot that is missing, fails or takes longer
-/// than the limit is no error: the two files stay, and `why_not` says what to do. No shell is involved. Errors: a chart
-/// that isn't valid, a name other than [A-Za-z0-9_.-], a file that can't be written.
+/// than the limit is no error: the two files stay, and `why_not` says what to do. No shell is involved.
+/// Errors: a chart that isn't valid, a name other than [A-Za-z0-9_.-], a file that can't be written.
 /// Thread-safe: yes (other names).   Real-time safe: no.
 Result<Drawn> draw(const Chart& chart, const std::filesystem::path& folder, const std::string& name,
                    const DrawOptions& options = {});

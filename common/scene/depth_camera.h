@@ -31,8 +31,8 @@ struct FaceImage {
 };
 
 /// Ray-cast depth camera (Embree). The world is built once, then rendered from any number of poses.
-/// Thread-safe: render() is const and may be called from several threads at once.   Real-time safe: no (first call
-/// allocates).
+/// Thread-safe: render() is const and may be called from several threads at once.
+/// Real-time safe: no (first call allocates).
 class DepthCamera {
  public:
   explicit DepthCamera(const World& world);
@@ -40,8 +40,7 @@ class DepthCamera {
   DepthCamera(DepthCamera&&) noexcept;
   DepthCamera& operator=(DepthCamera&&) noexcept;
 
-  /// Clean z-depth seen by `camera` from X_WC (its X_BC is not used). `surface` and `faces` may be
-  /// null.
+  /// Clean z-depth seen by `camera` from X_WC (its X_BC is not used). `surface` and `faces` may be null.
   void render(const CameraModel& camera, const Eigen::Isometry3d& X_WC, DepthImage* image,
               SurfaceImage* surface = nullptr, FaceImage* faces = nullptr) const;
 

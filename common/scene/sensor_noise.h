@@ -16,11 +16,9 @@ struct SensorNoise {
   double hole_rate_per_image = 3.0;    ///< mean number of elliptic holes
   double hole_radius_px = 4.0;         ///< mean radius
   double speckle_probability = 0.003;  ///< wrong match: a random depth
-  double incidence_loss =
-      0.6;  ///< probability of loss at grazing incidence; scales with (1 - cos)^3: little before 60 deg
-  double reflectance_loss =
-      0.5;             ///< probability of loss on black surfaces; scales with (1 - reflectance)^3: little above a third
-  double scale = 1.0;  ///< 0 = ideal camera, 1 = as above, 2 = twice the noise and loss
+  double incidence_loss = 0.6;         ///< probability of loss at grazing incidence, times (1 - cos)^3
+  double reflectance_loss = 0.5;       ///< probability of loss on black surfaces, times (1 - reflectance)^3
+  double scale = 1.0;                  ///< 0 = ideal camera, 1 = as above, 2 = twice the noise and loss
 };
 
 Status validate(const SensorNoise& noise);

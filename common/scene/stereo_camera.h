@@ -59,7 +59,8 @@ struct StereoPictures {
 /// block, moved to the best fit between pixels (Lucas, Kanade); z = fx baseline / disparity. Errors thus come from
 /// where a real camera's come from: surfaces without texture, grazing light, borders of objects, few pixels of
 /// disparity far away, an imperfect calibration. Left out: motion blur, rolling shutter, reflections, shadows of the
-/// lamp. Thread-safe: render() is const and may be called from several threads at once, each with its own `random`.
+/// lamp.
+/// Thread-safe: render() is const and may be called from several threads at once, each with its own `random`.
 /// Real-time safe: no (allocates).
 class StereoCamera {
  public:

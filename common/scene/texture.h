@@ -19,7 +19,8 @@ struct Material {
 };
 
 /// Draws the material of an object: its albedo lies around the reflectance, a quarter of the objects is nearly without
-/// texture. The same (seed, object) gives the same material. Thread-safe: yes.   Real-time safe: yes.
+/// texture. The same (seed, object) gives the same material.
+/// Thread-safe: yes.   Real-time safe: yes.
 Material draw_material(std::uint64_t texture_seed, std::uint32_t object, Reflectance reflectance);
 
 /// Points on surfaces, one array per quantity.

@@ -8,6 +8,8 @@ namespace {
 thread_local bool counting = false;
 thread_local std::size_t counted = 0;
 
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): operator new is made of malloc.
+
 /// Null when there is no memory.
 void* try_allocate(std::size_t size, std::size_t alignment) noexcept {
   if (counting) ++counted;
@@ -46,6 +48,8 @@ void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory
 void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+// NOLINTEND(cppcoreguidelines-no-malloc)
 
 namespace gatefield::test {
 

@@ -25,7 +25,7 @@ PathFollower::PathFollower(const scene::World& gates, const QuadrotorModel& mode
     const Eigen::Vector3d da = pull_m * X_WA.linear().col(0), db = pull_m * X_WB.linear().col(0);
     for (int k = 0; k < 1000; ++k) {
       const double t = k / 1000.0, t2 = t * t, t3 = t2 * t;
-      fine.push_back((2 * t3 - 3 * t2 + 1) * a + (t3 - 2 * t2 + t) * da + (-2 * t3 + 3 * t2) * b + (t3 - t2) * db);
+      fine.emplace_back((2 * t3 - 3 * t2 + 1) * a + (t3 - 2 * t2 + t) * da + (-2 * t3 + 3 * t2) * b + (t3 - t2) * db);
     }
   }
   double travelled_m = 0, next_m = 0;

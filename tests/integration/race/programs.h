@@ -16,7 +16,7 @@ inline const std::filesystem::path kDeploy = std::filesystem::path(GATEFIELD_SOU
 
 /// A folder of this test's own, emptied before it begins.
 inline std::filesystem::path fresh_folder(const std::string& name) {
-  const auto folder = std::filesystem::temp_directory_path() / ("gatefield-" + name + "-" + std::to_string(getpid()));
+  auto folder = std::filesystem::temp_directory_path() / ("gatefield-" + name + "-" + std::to_string(getpid()));
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;
