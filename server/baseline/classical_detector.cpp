@@ -126,13 +126,6 @@ cv::Mat template_of(const GateShape& shape, double turn_rad) {
          parts[2] * (0.15 / cv::sum(parts[2])[0]);
 }
 
-Eigen::Isometry3d in_single_precision(const Eigen::Isometry3d& X) {
-  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
-  out.matrix().topRows<3>() = X.matrix().topRows<3>().cast<float>().cast<double>();
-  out.linear() = Eigen::Quaterniond(out.linear()).normalized().toRotationMatrix();
-  return out;
-}
-
 struct Place {
   double y_m = 0.0, z_m = 0.0, turn_rad = 0.0, score = 0.0;
 };
@@ -187,8 +180,9 @@ std::optional<Detection> ClassicalDetector::in_points(std::span<const float> dep
   if (place.score < kLowestScore) return std::nullopt;
   Detection found;
   found.score = place.score;
-  found.X_CG = in_single_precision(X_CP * Eigen::Translation3d(0, place.y_m, place.z_m) *
-                                   Eigen::AngleAxisd(place.turn_rad, Eigen::Vector3d::UnitX()));
+  const Eigen::Isometry3d X_CG = X_CP * Eigen::Translation3d(0, place.y_m, place.z_m) *
+                                 Eigen::AngleAxisd(place.turn_rad, Eigen::Vector3d::UnitX());
+  found.X_CG = X_CG.cast<float>();
   return found;
 }
 

@@ -11,8 +11,7 @@
 namespace gatefield::baseline {
 
 struct Detection {
-  /// x points away from the camera; in single precision, which is far finer than what is detected.
-  Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3f X_CG = Eigen::Isometry3f::Identity();  ///< x points away from the camera
   double score = 0.0;  ///< 1: the whole frame lies in the plane, and the whole opening lets the view through
 };
 

@@ -97,6 +97,14 @@ class Truth final : public PoseSensor {
   scene::World world_;
 };
 
+/// Its rotation is one to double precision's last digit.
+Eigen::Isometry3d in_double_precision(const Eigen::Isometry3f& X) {
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.matrix().topRows<3>() = X.matrix().topRows<3>().cast<double>();
+  out.linear() = Eigen::Quaterniond(out.linear()).normalized().toRotationMatrix();
+  return out;
+}
+
 /// One detector for each kind of gate on the course; what scores best is what is seen.
 class Classical final : public PoseSensor {
  public:
@@ -120,11 +128,12 @@ class Classical final : public PoseSensor {
       if (detection && (!found || detection->score > found->score)) found = detection;
     }
     if (!found) return std::nullopt;
-    const Eigen::Isometry3d X_WG = view.X_WC * found->X_CG;
-    const double distance_m = found->X_CG.translation().norm();
+    const Eigen::Isometry3d X_CG = in_double_precision(found->X_CG);
+    const Eigen::Isometry3d X_WG = view.X_WC * X_CG;
+    const double distance_m = X_CG.translation().norm();
     // As far as an honest detector can be trusted; the same growth with distance as the learned field's.
     return Observation{
-        {X_WG, 0.02 + 0.012 * distance_m, 0.04 + 0.015 * distance_m}, 1.0, view.X_WC * found->X_CG.translation()};
+        {X_WG, 0.02 + 0.012 * distance_m, 0.04 + 0.015 * distance_m}, 1.0, view.X_WC * X_CG.translation()};
   }
 
  private:

@@ -42,7 +42,7 @@ std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profil
     const double turn = 2 * std::numbers::pi * (i + 1) / kGates;
     const Eigen::Vector3d center_W(kRadius_m * std::cos(turn), kRadius_m * std::sin(turn), 1.6);
     const double yaw_rad = turn + std::numbers::pi / 2;
-    course.waypoints.push_back({center_W, Eigen::Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0)});
+    course.waypoints.push_back({center_W, Eigen::Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0), {}});
     gates.push_back(gate_pose(center_W + Eigen::Vector3d(0.1, -0.1, 0.1), yaw_rad + (i % 2 == 0 ? 0.2 : -0.2)));
   }
   const CameraModel camera = default_camera();

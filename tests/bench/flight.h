@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/geometry/camera.h"
 #include "common/model/bundle.h"
 #include "server/gates/gate_records.h"
 #include "server/planner/planner.h"

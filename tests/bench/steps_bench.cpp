@@ -164,8 +164,8 @@ void vehicles(benchmark::State& state, int count) {
       pilot::PilotParts parts;
       parts.request.vehicle = "drone" + std::to_string(i);
       parts.request.camera = default_camera();
-      parts.request.course.waypoints = {{moment.input.target.center_W, moment.input.target.axis_W},
-                                        {moment.input.next.center_W, moment.input.next.axis_W}};
+      parts.request.course.waypoints = {{moment.input.target.center_W, moment.input.target.axis_W, {}},
+                                        {moment.input.next.center_W, moment.input.next.axis_W, {}}};
       parts.session = static_cast<std::uint64_t>(i) + 1;
       auto planner = planner::Planner::create(shape, parts.request.quadrotor, {}, kGuideConeAngle_rad, parts.session,
                                               {.crew = &crew});

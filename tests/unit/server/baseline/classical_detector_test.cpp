@@ -19,8 +19,8 @@ TEST(ClassicalDetector, FindsAGateInANoisyImageFromAnHonestPrior) {
     const auto detection = detector.detect(scene.depth_m, scene.camera, prior_C);
     if (!detection) continue;
     ++found;
-    good += (detection->X_CG.translation() - scene.X_CG().translation()).norm() < 0.1 &&
-            turn_between(detection->X_CG, scene.X_CG()) < 0.15;
+    good += (detection->X_CG.translation().cast<double>() - scene.X_CG().translation()).norm() < 0.1 &&
+            turn_between(detection->X_CG.cast<double>(), scene.X_CG()) < 0.15;
   }
   EXPECT_GE(found, 17);
   EXPECT_GE(good, 15);
@@ -31,7 +31,7 @@ TEST(ClassicalDetector, FindsTheGateInViewWithoutAPrior) {
   const Scene scene = scene_with({4, 0.3, 1.6}, 0.2);
   const auto detection = detector.detect(scene.depth_m, scene.camera, std::nullopt);
   ASSERT_TRUE(detection.has_value());
-  EXPECT_LT((detection->X_CG.translation() - scene.X_CG().translation()).norm(), 0.1);
+  EXPECT_LT((detection->X_CG.translation().cast<double>() - scene.X_CG().translation()).norm(), 0.1);
 }
 
 TEST(ClassicalDetector, SeesNoGateWhereThereIsNone) {

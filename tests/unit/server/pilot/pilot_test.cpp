@@ -604,5 +604,63 @@ TEST(PilotGuard, ACommandedThrustBeyondTheLimitsIsTakenAsTheLimit) {
   EXPECT_EQ(bench.planner->last.start.thrust_command_n[0], 10.0);
 }
 
+TEST(PilotSave, AFrameThatWaitsIsTakenWhenItComesAgain) {
+  Bench stays(protocol::Timing::kLockstep), moved(protocol::Timing::kLockstep);
+  auto frame = stays.frame(50s);
+  auto again = frame;
+  auto state = stays.state(50s);
+  state.depth_sequence = 1;
+  stays.take(frame);
+  stays.take(state);
+  EXPECT_EQ(stays.step(), nullptr);  // waits for the frame to be looked at
+  ASSERT_TRUE(moved.pilot->restore(stays.pilot->save()).ok());
+  EXPECT_FALSE(moved.pilot->looking().due());
+  EXPECT_EQ(moved.step(), nullptr);
+  EXPECT_EQ(moved.take(again), Outcome::kTaken);
+  ASSERT_TRUE(moved.look());
+  const auto* const command = moved.step();
+  ASSERT_NE(command, nullptr);
+  EXPECT_EQ(command->answers_sequence, 1u);
+  EXPECT_FALSE(command->health.degraded);
+}
+
+TEST(PilotSave, AStateThatComesAgainGetsTheSameAnswerElsewhere) {
+  Bench stays(protocol::Timing::kLockstep), moved(protocol::Timing::kLockstep);
+  const auto state = stays.state(50s);
+  stays.take(state);
+  const protocol::ThrustRateCommand answer = *stays.step();
+  ASSERT_TRUE(moved.pilot->restore(stays.pilot->save()).ok());
+  EXPECT_EQ(moved.step(), nullptr);
+  EXPECT_EQ(moved.take(state), Outcome::kRepeated);
+  const auto* const again = moved.step();
+  ASSERT_NE(again, nullptr);
+  EXPECT_EQ(again->sequence, answer.sequence);
+  EXPECT_EQ(again->plan_start, answer.plan_start);
+  EXPECT_EQ(again->rotor_thrust_n[19], answer.rotor_thrust_n[19]);
+  EXPECT_EQ(moved.planner->plans, 0u);
+}
+
+TEST(PilotSave, WhereToHoldBehindTheLastGateMovesAlong) {
+  Bench stays(protocol::Timing::kLockstep), moved(protocol::Timing::kLockstep);
+  Stamp stamp = 50s;
+  for (int lap = 0; lap < 2; ++lap)
+    for (int gate = 0; gate < 4; ++gate)
+      for (const double x : {5.0 + 6.0 * gate - 0.1, 5.0 + 6.0 * gate + 0.1}) {
+        auto state = stays.state(stamp += 20ms, {x, 0, 1.5});
+        state.state.v_WB = {8, 0, 0};
+        stays.take(state);
+        stays.step();
+      }
+  ASSERT_TRUE(stays.planner->last.hold);
+  ASSERT_TRUE(moved.pilot->restore(stays.pilot->save()).ok());
+  auto state = stays.state(stamp + 20ms, {24, 0, 1.5});
+  state.state.v_WB = {2, 0, 0};  // would brake nearer to the gate, were it to begin now
+  moved.take(state);
+  EXPECT_TRUE(moved.step()->health.course_done);
+  EXPECT_EQ(moved.planner->last.target.center_W, stays.planner->last.target.center_W);
+  EXPECT_EQ(moved.planner->last.left.center_W.x(), 23.0);
+  EXPECT_TRUE(moved.planner->last.has_left);
+}
+
 }  // namespace
 }  // namespace gatefield::pilot

@@ -82,6 +82,31 @@ TEST(Mppi, FliesThroughAGateThatTheFieldShows) {
   EXPECT_LT(std::max(std::abs(crossing_G.y()), std::abs(crossing_G.z())), 0.5 - 0.13);
 }
 
+TEST(Mppi, GoesOnFromARestoredWarmStartBitForBit) {
+  const Eigen::Isometry3d X_WG = upright_gate({5, 0.6, 1.8}, 0.5);
+  const auto stays = make(small_profile()), moved = make(small_profile());
+  Plan plan, there;
+  PlanInput input = towards(X_WG, nullptr, hovering_at({6, -1.5, 1.5}));  // beside a missed gate: on one side of it
+  for (input.step = 0; input.step < 3; ++input.step) stays->plan(input, &plan);
+  ASSERT_TRUE(moved->restore(stays->warm_start()));
+  EXPECT_EQ(moved->warm_start().detour_side, stays->warm_start().detour_side);
+  input.elapsed_s = 0.02;
+  stays->plan(input, &plan);
+  moved->plan(input, &there);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(plan.steps); ++k)
+    EXPECT_EQ(plan.thrust_rate_n_s[k], there.thrust_rate_n_s[k]);
+
+  WarmStart bad = stays->warm_start();
+  bad.mean.pop_back();
+  EXPECT_FALSE(moved->restore(bad));
+  bad = stays->warm_start();
+  bad.mean[3][1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(moved->restore(bad));
+  bad = stays->warm_start();
+  bad.detour_side = 0.0;
+  EXPECT_FALSE(moved->restore(bad));
+}
+
 TEST(Mppi, FliesThroughAGateTurnedBySixtyDegrees) {
   const Eigen::Isometry3d X_WG = upright_gate({6, 0, 1.5}, 1.05);
   const AnalyticField field(X_WG);
