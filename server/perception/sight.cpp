@@ -27,7 +27,7 @@ DecodedDepth decode_depth(std::span<const std::uint8_t> pixels, protocol::DepthE
     result.returns += good ? 1 : 0;
     (*depth_m)[i] = good ? z : 0.0f;
   };
-  if (encoding == protocol::DepthEncoding::kMillimetres16) {
+  if (encoding == protocol::DepthEncoding::kCounts16) {
     for (std::size_t i = 0; i < count; ++i) {
       std::uint16_t mm;
       std::memcpy(&mm, pixels.data() + 2 * i, sizeof mm);

@@ -38,7 +38,7 @@ TEST(DecodeDepth, TurnsEverythingOutOfRangeIntoNoReturn) {
   EXPECT_EQ(floats.saturated, 2u);
 
   const DecodedDepth integers = decode_depth(millimetres({1500, 0, 299, 10001, 65535, 300}),
-                                             protocol::DepthEncoding::kMillimetres16, camera, &depth_m);
+                                             protocol::DepthEncoding::kCounts16, camera, &depth_m);
   EXPECT_THAT(depth_m, ::testing::ElementsAre(::testing::FloatEq(1.5f), 0, 0, 0, 0, ::testing::FloatEq(0.3f)));
   EXPECT_EQ(integers.returns, 2u);
   EXPECT_EQ(integers.saturated, 2u);
