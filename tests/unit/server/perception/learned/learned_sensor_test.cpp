@@ -20,6 +20,11 @@ const model::Bundle& bundle() {
   return read;
 }
 
+std::shared_ptr<const kernels::PreparedDecoder> decoder() {
+  static const auto prepared = kernels::best_backend().prepare(bundle().decoder());
+  return prepared;
+}
+
 class Learned : public ::testing::Test {
  protected:
   Learned() : sensor_(&bundle(), decoder(), &encoders()) {
