@@ -38,10 +38,6 @@ class Learned : public ::testing::Test {
     static const auto made = EncoderPool::create(bundle(), 1);
     return *made.value();
   }
-  static const std::shared_ptr<const kernels::PreparedDecoder>& decoder() {
-    static const auto prepared = kernels::best_backend().prepare(bundle().decoder());
-    return prepared;
-  }
   std::optional<Observation> look() {
     return sensor_.look({depth_m_, camera_, X_WC_}, gates::GateRecords(course_).expectation(0), Where::kExpected);
   }
