@@ -22,6 +22,7 @@ constexpr double kAtDistance = 0.35;   ///< but this share of it at most
 constexpr std::size_t kFewestPixels = 12;
 constexpr std::size_t kRanks = 3;  ///< corrections that are tried in turn, the likeliest first
 
+constexpr double kMuchNearer = 0.5;
 constexpr double kNearlyAll = 0.95;
 constexpr double kMillimetre_m = 1e-3;
 constexpr float kNotAllTheSame = 1.05f;  ///< what never ends is often told as one large number
@@ -126,15 +127,20 @@ double SensorWatch::distance_to_course_m(const Eigen::Vector3d& p_W) const noexc
   return nearest_m;
 }
 
+bool SensorWatch::explains(double off_m, const Eigen::Vector3d& p_W) const noexcept {
+  const double uncorrected_m = distance_to_course_m(p_W);
+  return off_m <= tolerance_m_ && uncorrected_m > tolerance_m_ && off_m <= kMuchNearer * uncorrected_m;
+}
+
 std::optional<SensorWatch::Try> SensorWatch::try_turns(const WatchedFrame& frame) const {
-  if (!frame.elsewhere_W || distance_to_course_m(*frame.elsewhere_W) <= tolerance_m_) return std::nullopt;
+  if (!frame.elsewhere_W) return std::nullopt;
   const Eigen::Vector3d p_C = frame.X_WC.inverse() * *frame.elsewhere_W;
   std::optional<Try> best;
   double nearest_m = tolerance_m_;
   for (std::size_t turn = 0; turn < kTurns; ++turn) {
     const Eigen::Vector3d p_W = turned(frame.X_WC, camera_, turn) * p_C;
     const double off_m = turn == kBackwards ? distance_to_course_m(p_W) : distance_to_target_m(p_W, frame.target);
-    if (off_m > nearest_m) continue;
+    if (off_m > nearest_m || !explains(off_m, *frame.elsewhere_W)) continue;
     nearest_m = off_m;
     best = Try{{Correction::Kind::kTurned, turn}, p_W, frame.capture};
   }
@@ -202,11 +208,11 @@ std::optional<SensorWatch::Try> SensorWatch::try_looking(const WatchedFrame& fra
   } catch (const std::exception&) {
     return std::nullopt;  // an image that nobody sent must not cost the frame
   }
-  if (!seen || distance_to_target_m(seen->glimpse_W, frame.target) > tolerance_m_) return std::nullopt;
+  if (!seen) return std::nullopt;
   const Eigen::Vector3d p_C = frame.X_WC.inverse() * seen->glimpse_W;
   const Eigen::Vector3d uncorrected_C =
       reversed ? Eigen::Vector3d(-p_C.x(), -p_C.y(), p_C.z()) : Eigen::Vector3d(p_C / static_cast<double>(factor));
-  if (distance_to_course_m(frame.X_WC * uncorrected_C) <= tolerance_m_) return std::nullopt;
+  if (!explains(distance_to_target_m(seen->glimpse_W, frame.target), frame.X_WC * uncorrected_C)) return std::nullopt;
   return Try{*correction, seen->glimpse_W, frame.capture};
 }
 

@@ -32,7 +32,7 @@ struct WatchedFrame {
 /// Finds out why a gate that should be in view is not seen there: whether depths are in another unit than was told, or
 /// the camera is mounted otherwise. A mistake explains the images when
 ///   - corrected, a frame shows the sensor a gate within `tolerance_m` of where the target's waypoint is,
-///   - uncorrected, the same gate is farther than that from every waypoint of the course, and
+///   - uncorrected, the same gate is farther than that, and twice as far as when corrected, from every waypoint, and
 ///   - two tries in a row find the same correction and, within kSamePlace_m, the same place.
 /// Corrections of the unit: depths times 0.001, 0.01, 0.1, 0.2, 0.25, 0.5, 2, 4, 5, 10, 100, 1000. Corrections of the
 /// mounting: half or quarter turns about the optical axis, half a turn about the body's z axis (then the gate may be
@@ -90,6 +90,8 @@ class SensorWatch {
   /// The likeliest correction; another likely one after each failure. Empty: there is none worth a look.
   std::optional<Correction> choose(const WatchedFrame& frame, const gates::Expectation& gate) const;
   void conclude(const Try& found) noexcept;
+  /// Whether a gate that is `off_m` from a waypoint, corrected, and at p_W, uncorrected, speaks for the correction.
+  bool explains(double off_m, const Eigen::Vector3d& p_W) const noexcept;
   double distance_to_course_m(const Eigen::Vector3d& p_W) const noexcept;
   double distance_to_target_m(const Eigen::Vector3d& p_W, std::uint32_t target) const noexcept {
     return (p_W - passages_->nominal(target).center_W).norm();

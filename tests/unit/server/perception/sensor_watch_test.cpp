@@ -152,11 +152,10 @@ TEST_F(Watching, FindsAnotherUnitOfDepth) {
 }
 
 TEST_F(Watching, ATurnedCameraIsFound) {
-  X_WB_.translation().x() = -0.5;
   for (const double degrees : {180.0, 90.0, -90.0}) {
     true_X_BC_ = camera_.X_BC * Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ());
     X_WB_.translation().x() = -0.5;
-    if (degrees != 180.0) X_WB_.translation().z() = 0.4;  // far enough from the axis for a quarter turn to matter
+    X_WB_.translation().z() = degrees == 180.0 ? 1.5 : 2.5;  // far enough from the axis for a quarter turn to matter
     begin();
     EXPECT_EQ(fly(1s), kMounting) << degrees;
     EXPECT_FALSE(seen()) << degrees;
@@ -165,7 +164,9 @@ TEST_F(Watching, ATurnedCameraIsFound) {
 
 TEST_F(Watching, ACameraThatLooksBackwardsIsFoundByAnotherGateOfTheCourse) {
   true_X_BC_ = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()) * camera_.X_BC;
+  course_.waypoints[2].p_W = {-3, 2, 1};
   plates_W_ = {course_.waypoints[0].p_W, course_.waypoints[2].p_W};
+  begin();
   EXPECT_EQ(fly(1s), kMounting);
 }
 
@@ -230,7 +231,7 @@ TEST_F(Watching, ASensorThatCantBeSteeredOrThatThrowsGivesNoProblem) {
   sensor_->throws_anywhere = true;
   X_WB_.translation().x() = 0;
   EXPECT_EQ(fly(1s, 4.0f), 0u);
-  EXPECT_EQ(outcome_, Sight::Outcome::kEmpty) << "the frame is told as it is";
+  EXPECT_EQ(outcome_, Sight::Outcome::kSaturated) << "what the frame itself is";
 }
 
 TEST_F(Watching, NothingIsTriedWhileTheGateIsOutOfView) {
