@@ -16,12 +16,13 @@ using protocol::Problem;
 constexpr std::array<float, 12> kFactors = {0.001f, 0.01f, 0.1f, 0.2f,  0.25f,  0.5f,
                                             2.0f,   4.0f,  5.0f, 10.0f, 100.0f, 1000.0f};
 
-constexpr double kAround_m = 0.5;      ///< a gate is searched this far around its frame
-constexpr double kAtDistance_m = 1.2;  ///< depths so near the waypoint's may be its gate's,
+constexpr double kAround_m = 1.0;      ///< a gate is searched this far around its frame
+constexpr double kAtDistance_m = 1.5;  ///< depths so near the waypoint's may be its gate's,
 constexpr double kAtDistance = 0.35;   ///< but this share of it at most
 constexpr std::size_t kFewestPixels = 12;
 constexpr std::size_t kRanks = 3;  ///< corrections that are tried in turn, the likeliest first
 
+constexpr std::size_t kFewestSightings = 8, kMaxSightings = 64;
 constexpr double kMuchNearer = 0.5;
 constexpr double kNearlyAll = 0.95;
 constexpr double kMillimetre_m = 1e-3;
@@ -31,15 +32,26 @@ constexpr float kNotAllTheSame = 1.05f;  ///< what never ends is often told as o
 enum Turn : std::size_t { kHalf, kRight, kLeft, kBackwards };
 constexpr std::size_t kTurns = 4;
 
-/// Pose of the camera, given the pose that was told, if the mounting is turned so.
-Eigen::Isometry3d turned(const Eigen::Isometry3d& X_WC, const CameraModel& camera, std::size_t turn) {
+/// The mounting, if the one that was told is turned so.
+Eigen::Isometry3d turned(const Eigen::Isometry3d& X_BC, std::size_t turn) {
   constexpr double kQuarter = 0.5 * std::numbers::pi;
-  if (turn == kBackwards) {
-    const Eigen::Isometry3d X_BC = camera.X_BC;
-    return X_WC * X_BC.inverse() * Eigen::AngleAxisd(2.0 * kQuarter, Eigen::Vector3d::UnitZ()) * X_BC;
+  const auto about_z = [](double angle) { return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()); };
+  switch (turn) {
+    case kHalf:
+      return X_BC * about_z(2.0 * kQuarter);
+    case kRight:
+      return X_BC * about_z(kQuarter);
+    case kLeft:
+      return X_BC * about_z(-kQuarter);
+    default:  // kBackwards
+      return about_z(2.0 * kQuarter) * X_BC;
   }
-  const double angle = turn == kHalf ? 2.0 * kQuarter : turn == kRight ? kQuarter : -kQuarter;
-  return X_WC * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ());
+}
+
+double median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
 }
 
 }  // namespace
@@ -55,18 +67,30 @@ SensorWatch::SensorWatch(const CameraModel& camera, const gates::Passages* passa
 void SensorWatch::watch(const WatchedFrame& frame, const gates::Expectation& gate, GateSensor* sensor) {
   if (frame.capture < newest_) {
     floats_since_ = tried_ = Stamp{-1};
+    taken_since_ = Stamp{-1};
     missed_ = 0;
     suspicion_.reset();
+    sightings_.clear();
   }
   newest_ = frame.capture;
-  watch_floats(frame);
-  if (frame.taken) {
-    explained_ = 0;
-    suspicion_.reset();
+  if (frame.target != target_) {
+    missed_ = 0;
+    sightings_.clear();
   }
-  if (!frame.expected || frame.target != target_) missed_ = 0;
   target_ = frame.target;
-  if (!frame.expected) return;
+  watch_floats(frame);
+  watch_sightings(frame);
+  if (!frame.taken || moving_turn_) {
+    taken_since_ = Stamp{-1};
+  } else {
+    if (taken_since_ < Stamp{0}) taken_since_ = frame.capture;
+    if (frame.capture - taken_since_ >= kCleared) explained_ = 0;
+  }
+
+  if (!frame.expected) {
+    missed_ = 0;
+    return;
+  }
   if (missed_++ == 0) missed_since_ = frame.capture;
   if (missed_ < kMissedFrames || frame.capture - missed_since_ < kMissed) return;
   if (tried_ >= Stamp{0} && frame.capture - tried_ < kBetween) return;
@@ -120,6 +144,44 @@ void SensorWatch::watch_floats(const WatchedFrame& frame) {
   if (so && frame.capture - floats_since_ >= kFloats) floats_ = bit(Problem::kDepthUnitLooksWrong);
 }
 
+void SensorWatch::watch_sightings(const WatchedFrame& frame) {
+  const auto stale = [&](const Sighting& sighting) { return frame.capture - sighting.capture > kWindow; };
+  sightings_.erase(sightings_.begin(), std::find_if_not(sightings_.begin(), sightings_.end(), stale));
+  if (frame.seen_W) {
+    if (sightings_.size() == kMaxSightings) sightings_.erase(sightings_.begin());
+    const Eigen::Isometry3d X_BC = camera_.X_BC;
+    sightings_.push_back({frame.capture, frame.X_WC * X_BC.inverse(), frame.X_WC.inverse() * *frame.seen_W});
+  }
+  std::optional<std::size_t> turn;
+  if (sightings_.size() >= kFewestSightings) {
+    const Eigen::Isometry3d X_BC = camera_.X_BC;
+    if (const double told_m = spread_m(X_BC); told_m > kMoved_m) {
+      double least_m = kStill * told_m;
+      for (std::size_t i = 0; i < kTurns; ++i)
+        if (const double turned_m = spread_m(turned(X_BC, i)); turned_m < least_m) {
+          least_m = turned_m;
+          turn = i;
+        }
+    }
+  }
+  if (turn != moving_turn_) moving_since_ = frame.capture;
+  moving_turn_ = turn;
+  if (turn && frame.capture - moving_since_ >= kMoving) explained_ |= bit(Problem::kMountingLooksWrong);
+}
+
+double SensorWatch::spread_m(const Eigen::Isometry3d& X_BC) const {
+  std::vector<double> values(sightings_.size());
+  Eigen::Vector3d middle_W;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(sightings_.begin(), sightings_.end(), values.begin(),
+                   [&](const Sighting& s) { return (s.X_WB * (X_BC * s.p_C))[axis]; });
+    middle_W[axis] = median(&values);
+  }
+  std::transform(sightings_.begin(), sightings_.end(), values.begin(),
+                 [&](const Sighting& s) { return (s.X_WB * (X_BC * s.p_C) - middle_W).norm(); });
+  return median(&values);
+}
+
 double SensorWatch::distance_to_course_m(const Eigen::Vector3d& p_W) const noexcept {
   double nearest_m = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < passages_->waypoints(); ++i)
@@ -133,14 +195,16 @@ bool SensorWatch::explains(double off_m, const Eigen::Vector3d& p_W) const noexc
 }
 
 std::optional<SensorWatch::Try> SensorWatch::try_turns(const WatchedFrame& frame) const {
-  if (!frame.elsewhere_W) return std::nullopt;
-  const Eigen::Vector3d p_C = frame.X_WC.inverse() * *frame.elsewhere_W;
+  if (!frame.seen_W) return std::nullopt;
+  const Eigen::Isometry3d X_BC = camera_.X_BC;
+  const Eigen::Isometry3d X_WB = frame.X_WC * X_BC.inverse();
+  const Eigen::Vector3d p_C = frame.X_WC.inverse() * *frame.seen_W;
   std::optional<Try> best;
   double nearest_m = tolerance_m_;
   for (std::size_t turn = 0; turn < kTurns; ++turn) {
-    const Eigen::Vector3d p_W = turned(frame.X_WC, camera_, turn) * p_C;
+    const Eigen::Vector3d p_W = X_WB * (turned(X_BC, turn) * p_C);
     const double off_m = turn == kBackwards ? distance_to_course_m(p_W) : distance_to_target_m(p_W, frame.target);
-    if (off_m > nearest_m || !explains(off_m, *frame.elsewhere_W)) continue;
+    if (off_m > nearest_m || !explains(off_m, *frame.seen_W)) continue;
     nearest_m = off_m;
     best = Try{{Correction::Kind::kTurned, turn}, p_W, frame.capture};
   }
@@ -209,11 +273,11 @@ std::optional<SensorWatch::Try> SensorWatch::try_looking(const WatchedFrame& fra
     return std::nullopt;  // an image that nobody sent must not cost the frame
   }
   if (!seen) return std::nullopt;
-  const Eigen::Vector3d p_C = frame.X_WC.inverse() * seen->glimpse_W;
+  const Eigen::Vector3d p_W = seen->gate.X_WG.translation(), p_C = frame.X_WC.inverse() * p_W;
   const Eigen::Vector3d uncorrected_C =
       reversed ? Eigen::Vector3d(-p_C.x(), -p_C.y(), p_C.z()) : Eigen::Vector3d(p_C / static_cast<double>(factor));
-  if (!explains(distance_to_target_m(seen->glimpse_W, frame.target), frame.X_WC * uncorrected_C)) return std::nullopt;
-  return Try{*correction, seen->glimpse_W, frame.capture};
+  if (!explains(distance_to_target_m(p_W, frame.target), frame.X_WC * uncorrected_C)) return std::nullopt;
+  return Try{*correction, p_W, frame.capture};
 }
 
 }  // namespace gatefield::perception

@@ -23,31 +23,38 @@ struct WatchedFrame {
   Stamp capture{0};
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< pose of the camera, with the mounting as told
   std::uint32_t target = 0;                                ///< waypoint that is looked for
-  bool expected = false;  ///< its gate should be in view, was never seen, and was not taken from this frame
-  bool taken = false;     ///< a gate of the course was taken: what was told and what is seen agree
-  /// Where the image as it is shows a gate that was not taken, world frame with the mounting as told.
-  std::optional<Eigen::Vector3d> elsewhere_W{};
+  bool expected = false;  ///< its gate should be in view, and was not taken from this frame or an earlier one
+  bool taken = false;     ///< a gate of the course was taken from this frame
+  /// Where the image as it is shows the sensor a gate when it looks for the target's, taken or not; world frame with
+  /// the mounting as told.
+  std::optional<Eigen::Vector3d> seen_W{};
 };
 
-/// Finds out why a gate that should be in view is not seen there: whether depths are in another unit than was told, or
-/// the camera is mounted otherwise. A mistake explains the images when
+/// Finds out from the images whether depths are in another unit than was told, or the camera is mounted otherwise.
+///
+/// A gate that should be in view is not seen. A mistake explains it when
 ///   - corrected, a frame shows the sensor a gate within `tolerance_m` of where the target's waypoint is,
 ///   - uncorrected, the same gate is farther than that, and twice as far as when corrected, from every waypoint, and
 ///   - two tries in a row find the same correction and, within kSamePlace_m, the same place.
 /// Corrections of the unit: depths times 0.001, 0.01, 0.1, 0.2, 0.25, 0.5, 2, 4, 5, 10, 100, 1000. Corrections of the
 /// mounting: half or quarter turns about the optical axis, half a turn about the body's z axis (then the gate may be
-/// any of the course's, since the target is behind the camera).
-/// By itself, without a sensor: float depths of which nearly all, and not all the same, are beyond the camera's range
-/// for kFloats and within it when they are taken for millimetres.
+/// any of the course's, since the target is behind the camera). A gate of another size than the course says, one that
+/// stands within the tolerance of its waypoint, and another gate of the course give no problem: uncorrected, they are
+/// near a waypoint. Where a mistake moves the gate by less than the tolerance (a factor of 2 nearer than 3.6 m), it is
+/// not found.
 ///
-/// A gate of another size than the course says, or that stands within the tolerance of its waypoint, or another gate of
-/// the course, gives no problem: uncorrected, it is near a waypoint. For the same reason a mistake isn't found where it
-/// moves the gate by less than the tolerance: a factor of 2 nearer than 3.6 m, an image upside down where the gate is
-/// less than 0.9 m from the optical axis.
+/// A gate is seen, but does not stand still. With a wrong mounting it moves through the world as the vehicle turns
+/// (that it may lie near its waypoint now and then is why it is taken). Over the sightings of the last kWindow, with
+/// spread = median distance from the median place, a turn of the mounting explains it when for kMoving
+///   spread as told > kMoved_m   and   spread turned < kStill spread as told.
 ///
-/// Cost: a comparison or two a frame while gates are seen. While one is missing: every kBetween at most, one pass over
-/// the pixels and one look of the sensor (the learned one's 2 to 4 ms); which correction is looked at follows from how
-/// many pixels around the waypoint would come to lie at its distance, and those without any are left out.
+/// Float depths are millimetres: nearly all, and not all the same, are beyond the camera's range for kFloats and within
+/// it when they are taken for millimetres. This one needs no sensor.
+///
+/// Cost: while gates are seen, some arithmetic on at most 64 points a frame. While one is missing: every kBetween at
+/// most, one pass over the pixels and one look of the sensor (the learned one's 2 to 4 ms); which correction is looked
+/// at follows from how many pixels around the waypoint would come to lie at its distance, and those without any are
+/// left out.
 /// Thread-safe: no (perception).   Real-time safe: no (sensors allocate).
 class SensorWatch {
  public:
@@ -57,6 +64,11 @@ class SensorWatch {
   static constexpr Stamp kAgree = std::chrono::seconds(2);           ///< an older try has nothing to agree with
   static constexpr Stamp kFloats = std::chrono::milliseconds(500);
   static constexpr double kSamePlace_m = 0.7;
+  static constexpr Stamp kWindow = std::chrono::milliseconds(800);
+  static constexpr Stamp kMoving = std::chrono::milliseconds(150);
+  static constexpr double kMoved_m = 0.3;
+  static constexpr double kStill = 0.3;
+  static constexpr Stamp kCleared = std::chrono::seconds(1);
 
   /// @param passages  of the session's course; outlives this
   SensorWatch(const CameraModel& camera, const gates::Passages* passages, double tolerance_m);
@@ -65,7 +77,8 @@ class SensorWatch {
   /// observation then. A sensor that throws sees nothing. Captures that go back begin the waits anew.
   void watch(const WatchedFrame& frame, const gates::Expectation& gate, GateSensor* sensor);
 
-  /// Problem::kDepthUnitLooksWrong, Problem::kMountingLooksWrong, both or none; until a gate is taken again.
+  /// Problem::kDepthUnitLooksWrong, Problem::kMountingLooksWrong, both or none; until gates were taken for kCleared
+  /// without a contradiction.
   protocol::Problems problems() const noexcept { return explained_ | floats_; }
 
  private:
@@ -83,6 +96,9 @@ class SensorWatch {
   };
 
   void watch_floats(const WatchedFrame& frame);
+  /// Whether the target's sightings stand still under a turn of the mounting, and not as told.
+  void watch_sightings(const WatchedFrame& frame);
+  double spread_m(const Eigen::Isometry3d& X_BC) const;
   /// Reads turns of the mounting from the gate that the sensor saw elsewhere.
   std::optional<Try> try_turns(const WatchedFrame& frame) const;
   /// Looks at the image as a correction makes it.
@@ -111,6 +127,15 @@ class SensorWatch {
   Stamp tried_{-1};
   std::size_t failures_ = 0;
   std::optional<Try> suspicion_;
+  struct Sighting {
+    Stamp capture{0};
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    Eigen::Vector3d p_C = Eigen::Vector3d::Zero();
+  };
+  std::vector<Sighting> sightings_;         ///< of the target, the oldest first
+  std::optional<std::size_t> moving_turn_;  ///< that they stand still under, now,
+  Stamp moving_since_{0};                   ///< and since when
+  Stamp taken_since_{-1};                   ///< without a contradiction; -1: none was taken from the newest frame
   std::vector<float> depth_m_;
 };
 

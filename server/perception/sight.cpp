@@ -31,7 +31,7 @@ Sight::Outcome Sight::look(std::span<const std::uint8_t> pixels, protocol::Depth
   if (decoded.returns > 0) {
     const Search search = look_for(target, true, view, capture);
     watched.taken = search.taken;
-    if (search.seen && !search.taken) watched.elsewhere_W = search.seen->glimpse_W;
+    if (search.seen) watched.seen_W = search.seen->gate.X_WG.translation();
     const gates::Passages& passages = records_.passages();
     if (passages.gate(next) != passages.gate(target))
       watched.taken = look_for(next, false, view, capture).taken || watched.taken;

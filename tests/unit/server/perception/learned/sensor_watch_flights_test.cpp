@@ -33,8 +33,8 @@ constexpr auto kFrame = 33ms;
 
 /// What differs between what the session told and what is so.
 struct Mistake {
-  double depth_factor = 1.0;  ///< what is sent, over the true depth
-  Eigen::Matrix3d R_CC = Eigen::Matrix3d::Identity();     ///< of the true camera against the told one
+  double depth_factor = 1.0;                           ///< what is sent, over the true depth
+  Eigen::Matrix3d R_CC = Eigen::Matrix3d::Identity();  ///< of the true camera against the told one
   protocol::DepthEncoding encoding = protocol::DepthEncoding::kMetres32;
 };
 
@@ -62,14 +62,15 @@ class Flight {
   scene::World& world() { return world_; }
 
   /// A frame of a vehicle at p_W that flies nose down by `pitch` towards `ahead_W`.
-  void look(const Eigen::Vector3d& p_W, const Eigen::Vector3d& ahead_W, double pitch_rad, double roll_rad, std::uint32_t target) {
+  void look(const Eigen::Vector3d& p_W, const Eigen::Vector3d& ahead_W, double pitch_rad, double roll_rad,
+            std::uint32_t target) {
     const Eigen::Vector3d way = ahead_W - p_W;
     Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
     X_WB.translation() = p_W;
-    X_WB.linear() = (Eigen::AngleAxisd(std::atan2(way.y(), way.x()), Eigen::Vector3d::UnitZ()) *
-                     Eigen::AngleAxisd(pitch_rad, Eigen::Vector3d::UnitY()) *
-                     Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX()))
-                        .toRotationMatrix();
+    X_WB.linear() =
+        (Eigen::AngleAxisd(std::atan2(way.y(), way.x()), Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(pitch_rad, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX()))
+            .toRotationMatrix();
     Eigen::Isometry3d X_WC = X_WB * camera_.X_BC;
     X_WC.linear() = X_WC.linear() * mistake_.R_CC;
     scene::DepthImage image;
@@ -169,25 +170,40 @@ TEST(Table, OfMistakes) {
         Stamp at;
         Flight flight(scenario(name, seed), unit(factor));
         const Problems told = flight.start(1200ms, &at);
-        std::printf("  x%g:%s%s%.2f", factor, flight.seen(0) ? "S" : "-", told == kUnit ? "u" : told == kMounting ? "m" : told ? "b" : "-", seconds(at));
+        std::printf("  x%g:%s%s%.2f", factor, flight.seen(0) ? "S" : "-",
+                    told == kUnit       ? "u"
+                    : told == kMounting ? "m"
+                    : told              ? "b"
+                                        : "-",
+                    seconds(at));
       }
       for (const double degrees : {180.0, 90.0, -90.0}) {
         Stamp at;
         Flight flight(scenario(name, seed), turn(degrees));
         const Problems told = flight.start(1200ms, &at);
-        std::printf("  t%g:%s%s%.2f", degrees, flight.seen(0) ? "S" : "-", told == kUnit ? "u" : told == kMounting ? "m" : told ? "b" : "-", seconds(at));
+        std::printf("  t%g:%s%s%.2f", degrees, flight.seen(0) ? "S" : "-",
+                    told == kUnit       ? "u"
+                    : told == kMounting ? "m"
+                    : told              ? "b"
+                                        : "-",
+                    seconds(at));
       }
       std::printf("\n");
     }
 }
 
 TEST(Table, OfLaps) {
-  for (const char* name : {"circle-1.0m", "circle-yaw60", "circle-hard", "figure-eight", "split-s", "heights", "mixed-0.3m", "there-and-back"})
+  for (const char* name : {"circle-1.0m", "circle-yaw60", "circle-hard", "figure-eight", "split-s", "heights",
+                           "mixed-0.3m", "there-and-back"})
     for (const bool stereo : {false, true})
       for (std::uint64_t seed = 1; seed <= (stereo ? 1 : 6); ++seed) {
         Flight flight(scenario(name, seed, stereo), {});
         const Problems told = flight.lap(5.0);
-        std::printf("%-14s %d %d %s\n", name, stereo, static_cast<int>(seed), told == kUnit ? "UNIT" : told == kMounting ? "MOUNT" : told ? "BOTH" : "-");
+        std::printf("%-14s %d %d %s\n", name, stereo, static_cast<int>(seed),
+                    told == kUnit       ? "UNIT"
+                    : told == kMounting ? "MOUNT"
+                    : told              ? "BOTH"
+                                        : "-");
       }
 }
 
