@@ -31,7 +31,7 @@ done < <(find README.md CONTRIBUTING.md docs -name '*.md' | sort)
 for house in common server client; do
   while read -r list; do
     room=$(basename "$(dirname "$list")")
-    sed -n "/^| \`$house\/\` |/,/^$/p" docs/architecture.md | grep -qE "^\|.*\`$room\`.*\|" || {
+    sed -n "/^| \`$house\/\` |/,/^$/p" docs/architecture.md | grep -qE "^\| [^|]*\`$room\`[^|]*\|" || {
       echo "docs/architecture.md: $house/$room is in no row of the rooms of $house"
       failed=1
     }
