@@ -21,8 +21,8 @@ Result<app::Eyes> other_eyes(const std::string& perception, const std::string& s
   if (!kind) return kind.failure().within("--perception: ");
   auto read = config::load_scenario(scenario_file);
   if (!read) return read.failure();
-  const auto scenario = std::make_shared<config::Scenario>(std::move(read).value());
-  if (world_seed) scenario->seed = *world_seed;
+  if (world_seed) read.value().seed = *world_seed;
+  const auto scenario = std::make_shared<const config::Scenario>(std::move(read).value());
   app::Eyes eyes;
   eyes.words = std::string("perception ") + name(*kind);
   eyes.warnings = {"for evaluation alone: " + eyes.words + ", " + scenario_file};
