@@ -57,7 +57,7 @@ struct RecordingServer : ServerHandler, Log {
   std::vector<protocol::VehicleState> states;
   std::vector<protocol::DepthFrame> frames;
   std::vector<std::pair<std::string, std::uint64_t>> gone;
-  std::vector<std::pair<Topic, std::string>> rejected;
+  std::vector<std::pair<Topic, Error>> rejected;
 
   void on_session_request(const protocol::SessionRequest& request, const Status& verdict) override {
     change([&] { requests.emplace_back(request, verdict.error()); });
@@ -74,8 +74,8 @@ struct RecordingServer : ServerHandler, Log {
   void on_vehicle_gone(const std::string& vehicle, std::uint64_t request) override {
     change([&] { gone.emplace_back(vehicle, request); });
   }
-  void on_rejected(Topic topic, const std::string&, const std::string& reason) override {
-    change([&] { rejected.emplace_back(topic, reason); });
+  void on_rejected(Topic topic, const std::string&, const Error& why) override {
+    change([&] { rejected.emplace_back(topic, why); });
   }
 };
 

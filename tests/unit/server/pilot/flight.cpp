@@ -9,6 +9,7 @@
 #include "common/config/course.h"
 #include "common/config/locate.h"
 #include "common/course/course.h"
+#include "server/kernels/backend.h"
 #include "server/perception/learned/learned_sensor.h"
 #include "server/planner/profile_file.h"
 #include "tests/support/drawn_gates.h"
@@ -81,7 +82,8 @@ std::unique_ptr<Pilot> Flight::make_pilot() const {
   parts.planner =
       value_of(planner::Planner::create(shipped().profile, request_.quadrotor, request_.course.waypoints[0].gate,
                                         shipped().bundle.manifest().cone_angle_rad, request_.seed));
-  parts.sensor = std::make_unique<perception::LearnedSensor>(&shipped().bundle, shipped().encoders.get());
+  parts.sensor = std::make_unique<perception::LearnedSensor>(
+      &shipped().bundle, kernels::best_backend().prepare(shipped().bundle.decoder()), shipped().encoders.get());
   parts.isa = "any";
   parts.model_hash = shipped().bundle.hash();
   parts.now = kStart + kServerAhead;
@@ -103,7 +105,7 @@ void Flight::simulate(Stamp until) {
   }
 }
 
-void Flight::send_frame(Pilot* pilot) {
+void Flight::send_frame(Pilot* pilot, Stamp at) {
   const Eigen::Isometry3d X_WC = Eigen::Translation3d(state_.p_WB) * state_.q_WB * request_.camera.X_BC;
   const std::vector<float> depth_m = test::draw_gates(request_.camera, X_WC, gates_, request_.course.waypoints[0].gate);
   protocol::DepthFrame frame;
@@ -116,7 +118,7 @@ void Flight::send_frame(Pilot* pilot) {
   frame.encoding = protocol::DepthEncoding::kMetres32;
   frame.pixels.resize(depth_m.size() * sizeof(float));
   std::memcpy(frame.pixels.data(), depth_m.data(), frame.pixels.size());
-  feed(pilot, FrameArrived{std::move(frame)});
+  feed(pilot, FrameArrived{at, std::move(frame)});
 }
 
 void Flight::send_state(Pilot* pilot, Stamp at, bool with_frame) {
@@ -148,8 +150,8 @@ std::vector<std::string> Flight::fly(Pilot* pilot, int steps) {
   const bool lockstep = request_.timing == protocol::Timing::kLockstep;
   for (int i = 0; i < steps; ++i, ++step_) {
     const bool with_frame = step_ % 2 == 0;
-    if (with_frame) send_frame(pilot);
     const Stamp at = now_ + kServerAhead + kUp;
+    if (with_frame) send_frame(pilot, at);
     if (lockstep || step_ % 11 != 10) send_state(pilot, at, with_frame);  // some states are lost
     // In real time a frame is looked at after the tick that follows it, on two occasions of three.
     const bool late = !lockstep && step_ % 3 != 0;

@@ -47,7 +47,7 @@ class Flight {
  private:
   void simulate(Stamp until);
   void send_state(Pilot* pilot, Stamp at, bool with_frame);
-  void send_frame(Pilot* pilot);
+  void send_frame(Pilot* pilot, Stamp at);
   void tick(Pilot* pilot, Stamp at, std::vector<std::string>* commands);
   const Stepping::Answer& feed(Pilot* pilot, Event event);
 

@@ -56,7 +56,7 @@ void fly(protocol::Timing timing) {
     auto frame = testing::depth_frame(bench.request, testing::Bench::kId, i, stamp);
     auto state = testing::hover_state("drone", testing::Bench::kId, i, stamp, {0.04 * static_cast<double>(i), 0, 1.5});
     state.depth_sequence = i;
-    pilot.intake().take_depth(frame);
+    pilot.intake().take_depth(frame, clock.now());
     if (i % 17 == 0) pilot.intake().note_rejected_frame(Error("encoding is 9, expected 0 or 1"));
     pilot.intake().take_state(state, clock.now());
     while (answered < i && clock.now() < end) std::this_thread::yield();
