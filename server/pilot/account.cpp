@@ -54,7 +54,7 @@ std::optional<std::string> Account::complaints() {
     const char* const why = sentence(static_cast<Withheld>(withheld_.load(std::memory_order_relaxed)));
     if (!text.empty()) text += "; ";
     text += std::to_string(withheld - withheld_logged_) + " times " + why;
-    last_note_ = Note{ErrorCode::kOther, {}, why, {}, {}};
+    last_note_ = Note{ErrorCode::kOther, {}, why};
     withheld_logged_ = withheld;
   }
   if (text.empty()) return std::nullopt;

@@ -11,8 +11,8 @@ struct Note {
   ErrorCode code = ErrorCode::kOther;
   std::string field;     ///< of the message, dotted; empty: no field's fault
   std::string sentence;  ///< for people; programs go by code and field
-  std::string value;     ///< the field's value as text; empty: none
-  std::string expected;  ///< what would have been right; empty: the sentence says it
+  std::string value = {};     ///< the field's value as text; empty: none
+  std::string expected = {};  ///< what would have been right; empty: the sentence says it
 };
 
 /// @param what  begins the sentence: which kind of sample it was

@@ -233,11 +233,16 @@ void Service::answer(const Asked& asked) {
   const Stamp now = clock_->now();
   const auto silent = [&](const pilot::Pilot& pilot) { return now - pilot.intake().last_heard(); };
   const auto stale = [&](const pilot::Pilot& pilot) { return silent(pilot) > options_.stale_after; };
-  if (live && !stale(*live))
-    return refuse(request, Error("vehicle \"" + request.vehicle + "\" has a session whose last state came " +
-                                     text(std::round(1e3 * seconds(silent(*live)))) + " ms ago, expected none for " +
-                                     text(seconds(options_.stale_after)) + " s before another client takes it over",
-                                 ErrorCode::kBusyName, "vehicle"));
+  if (live && !stale(*live)) {
+    const std::string none = "none for " + text(seconds(options_.stale_after)) + " s";
+    Error busy("vehicle \"" + request.vehicle + "\" has a session whose last state came " +
+                   text(std::round(1e3 * seconds(silent(*live)))) + " ms ago, expected " + none +
+                   " before another client takes it over",
+               ErrorCode::kBusyName, "vehicle");
+    busy.value = "\"" + request.vehicle + "\"";
+    busy.expected = "a name without a session, or whose session had no state: " + none;
+    return refuse(request, busy);
+  }
   auto parts = parts_for(request);
   if (!parts) return refuse(request, parts.failure());
 
