@@ -62,7 +62,8 @@ const Shipped& shipped() {
   return made;
 }
 
-Flight::Flight(protocol::Timing timing) : request_(shipped().request), now_(kStart) {
+Flight::Flight(protocol::Timing timing, const Conditions& conditions)
+    : request_(shipped().request), conditions_(conditions), now_(kStart) {
   request_.timing = timing;
   for (std::size_t i = 0; i < request_.course.waypoints.size(); ++i) {
     Eigen::Isometry3d X_WG = gate_pose(request_.course.waypoints[i].p_W, passing_direction(request_.course, i));
@@ -101,8 +102,26 @@ void Flight::simulate(Stamp until) {
     ThrustRates rates = ThrustRates::Zero();
     if (holds.steps > 0 && now_ >= holds.plan_start && now_ < holds.plan_start + holds.validity)
       rates = holds.thrust_rate_n_s[static_cast<std::size_t>((now_ - holds.plan_start) / holds.plan_step)];
-    state_ = step_reference(request_.quadrotor, state_, rates, 1e-3);
+    // In the air's own frame.
+    state_.v_WB -= conditions_.wind_W_m_s;
+    state_ = step_reference(conditions_.plant, state_, rates, 1e-3);
+    state_.v_WB += conditions_.wind_W_m_s;
+    state_.p_WB += 1e-3 * conditions_.wind_W_m_s;
   }
+}
+
+QuadrotorState Flight::estimate() {
+  const auto error = [this](double sigma) {
+    const double x = noise_.normal(), y = noise_.normal(), z = noise_.normal();
+    return Eigen::Vector3d(sigma * Eigen::Vector3d(x, y, z));
+  };
+  QuadrotorState state = state_;
+  state.p_WB += error(conditions_.position_sigma_m);
+  state.v_WB += error(conditions_.velocity_sigma_m_s);
+  state.w_WB_B += error(conditions_.rate_sigma_rad_s);
+  if (const Eigen::Vector3d turn = error(conditions_.attitude_sigma_rad); turn.norm() > 0.0)
+    state.q_WB = Eigen::Quaterniond(state.q_WB) * Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
+  return state;
 }
 
 void Flight::send_frame(Pilot* pilot, Stamp at) {
@@ -127,9 +146,9 @@ void Flight::send_state(Pilot* pilot, Stamp at, bool with_frame) {
   state.session = kSession;
   state.sequence = ++states_;
   state.stamp = now_;
-  state.state = state_;
+  state.state = estimate();
   state.thrust_known = false;
-  state.round_trip = step_ > 2 ? 20ms + (step_ % 3) * 1ms : 0ms;
+  state.round_trip = step_ > 2 ? 20ms + 2 * conditions_.each_way + (step_ % 3) * 1ms : 0ms;
   state.depth_sequence = with_frame ? frames_ : 0;
   feed(pilot, StateArrived{at, std::move(state)});
 }
@@ -142,6 +161,7 @@ void Flight::tick(Pilot* pilot, Stamp at, std::vector<std::string>* commands) {
   feed(pilot, Sent{at + took, true});
   before_ = command_;
   command_ = *answer.command;
+  problems_ |= command_.health.problems;
   commands->push_back(text_of(command_));
 }
 

@@ -662,8 +662,8 @@ TEST(PilotSave, WhereToHoldBehindTheLastGateMovesAlong) {
   moved.take(state);
   EXPECT_TRUE(moved.step()->health.course_done);
   EXPECT_EQ(moved.planner->last.target.center_W, stays.planner->last.target.center_W);
-  EXPECT_EQ(moved.planner->last.left.center_W.x(), 23.0);
-  EXPECT_TRUE(moved.planner->last.has_left);
+  EXPECT_EQ(moved.planner->last.passed_gate.center_W.x(), 23.0);
+  EXPECT_TRUE(moved.planner->last.has_passed_gate);
 }
 
 }  // namespace
