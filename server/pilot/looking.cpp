@@ -86,6 +86,7 @@ void Looking::look_at(const DepthSample& frame, const Targets& targets) {
     switch (sight_.look(frame.pixels, frame.encoding, frame.stamp, X_WB, targets.target, targets.next)) {
       case Outcome::kLooked:
         shared_->good_frame_stamp.store(frame.stamp.count(), std::memory_order_relaxed);
+        shared_->good_frame_line.store(line_, std::memory_order_release);
         break;
       case Outcome::kEmpty:
         Account::count(account.frames_invalid);

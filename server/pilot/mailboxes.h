@@ -41,6 +41,7 @@ struct Mailboxes {
   std::atomic<std::uint64_t> frame_refused{0};     ///< newest refused on arrival: nobody needs to wait for it
   std::atomic<std::uint64_t> frame_processed{0};   ///< newest whose result is in `beliefs`
   std::atomic<std::int64_t> good_frame_stamp{-1};  ///< capture of the newest frame with something in it
+  std::atomic<std::uint32_t> good_frame_line{0};   ///< the states' time line that it is of; written after it, read before
   std::atomic<std::int64_t> last_heard{0};         ///< server's clock: the newest good state
 
   Account account;  ///< all sides

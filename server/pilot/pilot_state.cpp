@@ -434,6 +434,7 @@ std::string Pilot::save() {
 
   proto::Looking* const looking = out.mutable_looking();
   looking->set_good_frame_stamp(shared_.good_frame_stamp.load());
+  looking->set_good_frame_line(shared_.good_frame_line.load());
   looking->set_target(shared_.targets().target);
   looking->set_next(shared_.targets().next);
   looking->set_line(looking_.line());
@@ -532,6 +533,7 @@ Status Pilot::restore(std::string_view bytes, std::chrono::nanoseconds clock_ahe
   shared_.frames_line.store(lines.frames.number);
   shared_.history.restore(history, lines.states.number);
   shared_.good_frame_stamp.store(in.looking().good_frame_stamp());
+  shared_.good_frame_line.store(in.looking().good_frame_line());
   shared_.aim({in.looking().target(), in.looking().next()});
   sight.records().restore(std::move(records));
   looking_.restore(processed > 0 ? Stamp{intake.frames().newest().stamp()} : Stamp{-1}, in.looking().line(),

@@ -5,8 +5,6 @@
 #include <cstring>
 #include <utility>
 
-#include "server/pilot/time_line.h"
-
 namespace gatefield::pilot {
 namespace {
 
@@ -281,10 +279,10 @@ void Stepping::fill_health(std::chrono::nanoseconds horizon, double field_age_s,
 
 bool Stepping::depth_missing() const noexcept {
   // Of another time line, the frame's stamp says nothing.
+  const bool of_this_line = shared_->good_frame_line.load(std::memory_order_acquire) == state_.line;
   const Stamp good_frame{shared_->good_frame_stamp.load(std::memory_order_relaxed)};
-  const Stamp newest = state_.newest.stamp;
-  const bool of_this_line = good_frame >= state_.first_stamp && good_frame <= newest + TimeLine::kMaxJump;
-  return newest - (of_this_line ? good_frame : state_.first_stamp) > kDepthMissing;
+  const Stamp seen_until = of_this_line && good_frame >= Stamp{0} ? good_frame : state_.first_stamp;
+  return state_.newest.stamp - seen_until > kDepthMissing;
 }
 
 bool Stepping::target_should_be_seen() const noexcept {
