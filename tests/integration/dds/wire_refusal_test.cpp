@@ -6,6 +6,8 @@
 #include <fastcdr/FastBuffer.h>
 
 #include <condition_variable>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
 #include <fstream>
 #include <mutex>
 #include <string>
@@ -68,7 +70,7 @@ std::vector<std::uint8_t> request_of_version_1() {
 
 /// The service with stand-ins for planner and sensor, joined to the wire as gatefield-server does it.
 class Refusals : public ::testing::Test {
- protected:
+ public:
   Refusals() {
     service::ServiceOptions options;
     options.name = "planner-1";

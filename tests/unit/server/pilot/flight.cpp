@@ -98,10 +98,11 @@ const Stepping::Answer& Flight::feed(Pilot* pilot, Event event) {
 
 void Flight::simulate(Stamp until) {
   for (; now_ < until; now_ += 1ms) {
-    const protocol::ThrustRateCommand& holds = now_ >= command_.plan_start ? command_ : before_;
+    // The newest plan that has begun.
+    while (plans_.size() > 1 && plans_[1].plan_start <= now_) plans_.pop_front();
     ThrustRates rates = ThrustRates::Zero();
-    if (holds.steps > 0 && now_ >= holds.plan_start && now_ < holds.plan_start + holds.validity)
-      rates = holds.thrust_rate_n_s[static_cast<std::size_t>((now_ - holds.plan_start) / holds.plan_step)];
+    if (!plans_.empty() && now_ >= plans_[0].plan_start && now_ < plans_[0].plan_start + plans_[0].validity)
+      rates = plans_[0].thrust_rate_n_s[static_cast<std::size_t>((now_ - plans_[0].plan_start) / plans_[0].plan_step)];
     // In the air's own frame.
     state_.v_WB -= conditions_.wind_W_m_s;
     state_ = step_reference(conditions_.plant, state_, rates, 1e-3);
@@ -159,8 +160,8 @@ void Flight::tick(Pilot* pilot, Stamp at, std::vector<std::string>* commands) {
   const Stamp took = 3ms + (step_ * 7 % 5) * 400us;
   feed(pilot, Solved{took});
   feed(pilot, Sent{at + took, true});
-  before_ = command_;
   command_ = *answer.command;
+  plans_.push_back(command_);
   problems_ |= command_.health.problems;
   commands->push_back(text_of(command_));
 }

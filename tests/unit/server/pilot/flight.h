@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
@@ -72,7 +73,8 @@ class Flight {
   Stamp now_{0};  // vehicle's clock
   int step_ = 0;
   std::uint64_t states_ = 0, frames_ = 0;
-  protocol::ThrustRateCommand command_, before_;  // the newest, and the one that holds until it begins
+  protocol::ThrustRateCommand command_;            // the newest
+  std::deque<protocol::ThrustRateCommand> plans_;  // what the vehicle flies, and what comes after it
   Stepping::Answer answer_;
   std::vector<Event> events_;
 };
