@@ -22,8 +22,8 @@ Error off_the_line(std::uint64_t sequence, Stamp stamp, const TimeLine& order, T
   if (verdict != TimeLine::Verdict::kOff)
     return Error::invalid("sequence", number, "more than " + newest + " (" + what + " must rise)",
                           ErrorCode::kNotRising);
-  const bool stamp_jumped = !order.begun() || (sequence > order.last_sequence() &&
-                                               sequence - order.last_sequence() <= TimeLine::kMaxSkip);
+  const bool stamp_jumped =
+      !order.begun() || (sequence > order.last_sequence() && sequence - order.last_sequence() <= TimeLine::kMaxSkip);
   const std::string to = stamp_jumped ? std::to_string(stamp.count()) + " ns" : number;
   std::string from, expected;
   if (!order.begun()) {

@@ -14,8 +14,8 @@ struct StateSample {
   std::uint64_t sequence = 0;
   Stamp stamp{0};
   std::uint32_t line = 0;  ///< number of its time line, from 0
-  Stamp received{0};     ///< server's clock
-  QuadrotorState state;  ///< attitude of unit length
+  Stamp received{0};       ///< server's clock
+  QuadrotorState state;    ///< attitude of unit length
   bool thrust_known = true;
   Stamp round_trip{0};
   std::uint64_t depth_sequence = 0;

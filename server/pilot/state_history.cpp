@@ -52,8 +52,8 @@ void StateHistory::restore(const std::vector<Entry>& entries, std::uint32_t line
   std::copy(entries.end() - static_cast<std::ptrdiff_t>(count_), entries.end(), ring_.begin());
 }
 
-StateHistory::Found StateHistory::pose_at(Stamp stamp, Eigen::Isometry3d* X_WB,
-                                          std::chrono::nanoseconds* off, std::uint32_t* line) const noexcept {
+StateHistory::Found StateHistory::pose_at(Stamp stamp, Eigen::Isometry3d* X_WB, std::chrono::nanoseconds* off,
+                                          std::uint32_t* line) const noexcept {
   const auto report = [off](Found found, std::chrono::nanoseconds by) {
     if (off) *off = by;
     return found;

@@ -141,7 +141,7 @@ class Stepping {
   protocol::Problems contradictions_ = 0;  // of state_watch_, as of the newest state
   Diagnosis diagnosis_;
   bool states_missing_ = false;  // real time, in the step in progress
-  bool unsolved_ = false;  // the newest command waits for solved()
+  bool unsolved_ = false;        // the newest command waits for solved()
 };
 
 }  // namespace gatefield::pilot

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "common/base/text.h"
 #include "common/protocol/validate.h"
@@ -189,27 +190,27 @@ void Service::tell(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Sta
     Told& told = told_[pilot->vehicle()];
     if (told.session != pilot->session()) told = {pilot->session()};
     const protocol::Problems problems = pilot->problems();
+    told.found |= problems;
     if (telemetry_due || (problems & ~told.sent) != 0) {
       pilot->fill(now, &telemetry);
       transport_->send(telemetry);
       told.sent = problems;
     }
     if (!log_due) continue;
-    log_problems(pilot->vehicle(), problems, &told.logged);
+    log_problems(pilot->vehicle(), std::exchange(told.found, problems), &told.logged);
     if (const auto complaints = pilot->complaints()) log::warn("vehicle " + pilot->vehicle() + ": " + *complaints);
   }
 }
 
-void Service::log_problems(const std::string& vehicle, protocol::Problems now, protocol::Problems* logged) {
-  if (now == *logged) return;
-  for (const protocol::Problem problem : protocol::list(now & ~*logged))
+void Service::log_problems(const std::string& vehicle, protocol::Problems found, protocol::Problems* logged) {
+  for (const protocol::Problem problem : protocol::list(found & ~*logged))
     log::warn("vehicle " + vehicle + ": " + std::string(protocol::name(problem)) + ": " +
               std::string(protocol::sentence(problem)));
   std::string over;
-  for (const protocol::Problem problem : protocol::list(*logged & ~now))
+  for (const protocol::Problem problem : protocol::list(*logged & ~found))
     over += (over.empty() ? "" : ", ") + std::string(protocol::name(problem));
   if (!over.empty()) log::info("vehicle " + vehicle + ": no more " + over);
-  *logged = now;
+  *logged = found;
 }
 
 void Service::answer(const Asked& asked) {

@@ -125,7 +125,8 @@ class Service {
   /// What was told of a session's problems.
   struct Told {
     std::uint64_t session = 0;
-    protocol::Problems sent = 0;
+    protocol::Problems sent = 0;   ///< in the newest telemetry
+    protocol::Problems found = 0;  ///< since the last log
     protocol::Problems logged = 0;
   };
 
@@ -143,7 +144,7 @@ class Service {
   void detach(const pilot::Pilot& pilot);
   void stray(const std::string& vehicle, const char* what);
   void tell(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now);
-  void log_problems(const std::string& vehicle, protocol::Problems now, protocol::Problems* logged);
+  void log_problems(const std::string& vehicle, protocol::Problems found, protocol::Problems* logged);
   void run();
 
   const ServiceOptions options_;

@@ -1,9 +1,8 @@
 // What the service refuses, over the wire: also to a client that speaks version 1.
 
-#include <gtest/gtest.h>
-
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
+#include <gtest/gtest.h>
 
 #include <condition_variable>
 #include <fastdds/dds/publisher/DataWriter.hpp>

@@ -28,9 +28,9 @@ const Shipped& shipped();
 
 /// What a flight is unlike what the pilot was told.
 struct Conditions {
-  QuadrotorModel plant;                             ///< the vehicle as it is
+  QuadrotorModel plant;  ///< the vehicle as it is
   Eigen::Vector3d wind_W_m_s = Eigen::Vector3d::Zero();
-  Stamp each_way{0};                                ///< lockstep: delay of the link
+  Stamp each_way{0};  ///< lockstep: delay of the link
   double position_sigma_m = 0.0, velocity_sigma_m_s = 0.0, attitude_sigma_rad = 0.0, rate_sigma_rad_s = 0.0;
 };
 

@@ -132,8 +132,8 @@ TEST(PilotHealth, WhatPerceptionFindsWrongIsToldAsItStands) {
   Mailboxes shared;
   const auto script = std::make_shared<testing::FakePlanner::Script>();
   Stepping stepping(&request, 1, "any",
-                    std::make_unique<testing::FakePlanner>(testing::small_profile(), request.quadrotor, script), nullptr,
-                    &shared);
+                    std::make_unique<testing::FakePlanner>(testing::small_profile(), request.quadrotor, script),
+                    nullptr, &shared);
   Intake intake(&request, 1, &shared);
   shared.sensing_problems = bit(Problem::kDepthUnitLooksWrong);
   intake.take_state(testing::hover_state("drone", 1, 1, 50s), 10s);
