@@ -119,6 +119,7 @@ bool Looking::look() noexcept {
     Account::count(shared_->account.frames_rejected);
     shared_->account.note(frame_note(frame->sequence, std::string("could not be looked at: ") + e.what()));
   }
+  shared_->sensing_problems.store(sight_.problems(), std::memory_order_relaxed);
   publish(targets, frame->sequence);
   newest_capture_ = frame->stamp;
   frames_line_.store(frame->line, std::memory_order_relaxed);

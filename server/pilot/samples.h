@@ -28,7 +28,7 @@ struct DepthSample {
   std::uint64_t sequence = 0;
   Stamp stamp{0};
   std::uint32_t line = 0;  ///< number of the frames' time line, from 0; the states' is another
-  protocol::DepthEncoding encoding = protocol::DepthEncoding::kMillimetres16;
+  protocol::DepthEncoding encoding = protocol::DepthEncoding::kCounts16;
   std::vector<std::uint8_t> pixels;
 };
 
