@@ -197,7 +197,7 @@ void vehicles(benchmark::State& state, int count) {
         frame.width_px = 160;
         frame.height_px = 90;
         frame.pixels.assign(160 * 90 * 2, 7);
-        pilot->intake().take_depth(frame);
+        pilot->intake().take_depth(frame, sample.stamp);
         pilot->looking().look();
       }
     };

@@ -87,7 +87,7 @@ void fly(protocol::Timing timing) {
   for (std::uint64_t i = 1; i <= 60; ++i) {
     const Stamp stamp = 50s + static_cast<std::int64_t>(i) * 20ms;
     auto frame = testing::depth_frame(request, 1, i, stamp);
-    pilot.intake().take_depth(frame);
+    pilot.intake().take_depth(frame, clock.now());
     auto state = testing::hover_state("drone", 1, i, stamp, {0.15 * static_cast<double>(i), 0, 1.5});  // through a gate
     state.state.v_WB = {7.5, 0, 0};
     state.depth_sequence = i;
