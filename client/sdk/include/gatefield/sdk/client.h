@@ -102,8 +102,8 @@ template <std::size_t... kBytes>
 struct Layout {};
 template <typename... Interface>
 using LayoutOf = Layout<sizeof(Interface)..., alignof(Interface)...>;
-using ClientLayout = LayoutOf<Options, QuadrotorModel, CameraModel, protocol::Course, QuadrotorState, Setpoint,
-                              LinkStatistics, protocol::SessionReply, protocol::ThrustRateCommand, protocol::Telemetry>;
+using ClientLayout = LayoutOf<Options, QuadrotorModel, CameraModel, Course, QuadrotorState, Setpoint, LinkStatistics,
+                              protocol::SessionReply, protocol::ThrustRateCommand, protocol::Telemetry>;
 
 /// What connect() is. Its symbol carries the layout: a program that lays the interface out in another way than the
 /// library was compiled with (_GLIBCXX_DEBUG and such; -march and Eigen's alignment make no difference)
