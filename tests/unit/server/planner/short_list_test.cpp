@@ -30,7 +30,10 @@ class ShortListTest : public testing::Test {
     input_.target.seen = true;
     input_.has_next = true;
     input_.next.center_W = {8, 0, 0};
-    context_ = RaceGuidance(profile_, QuadrotorModel{}, GateShape{}, kGuideConeAngle_rad).context(input_);
+    Course course;
+    course.waypoints = {{{0, 0, 0}, {1, 0, 0}}, {{8, 0, 0}, {1, 0, 0}}};
+    course.floor_z_m = -1.0;
+    context_ = RaceGuidance(profile_, QuadrotorModel{}, course, kGuideConeAngle_rad).context(input_);
   }
 
   BatchFixture straight_on(int block, double fastest_m, double sideways_m) const {
