@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "client/race/files.h"
+#include "common/base/text.h"
 
 namespace gatefield::race {
 namespace {
