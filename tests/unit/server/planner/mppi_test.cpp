@@ -10,7 +10,7 @@
 #include "tests/support/allocation_trap.h"
 #include "tests/support/analytic_field.h"
 #include "tests/support/crew_threads.h"
-#include "tests/unit/server/kernels/decoder_cases.h"
+#include "tests/support/decoder_cases.h"
 
 namespace gatefield::planner {
 namespace {

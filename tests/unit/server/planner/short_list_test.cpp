@@ -30,9 +30,8 @@ class ShortListTest : public testing::Test {
     input_.target.seen = true;
     input_.has_next = true;
     input_.next.center_W = {8, 0, 0};
-    Course course;
-    course.waypoints = {{{0, 0, 0}, {1, 0, 0}}, {{8, 0, 0}, {1, 0, 0}}};
-    course.floor_z_m = -1.0;
+    Course course;  // heights below the permitted ones, so that each rollout costs something else without the field
+    course.waypoints = {{{0, 0, 1.5}, {1, 0, 0}}, {{8, 0, 1.5}, {1, 0, 0}}};
     context_ = RaceGuidance(profile_, QuadrotorModel{}, course, kGuideConeAngle_rad).context(input_);
   }
 
