@@ -123,7 +123,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   }
 
   std::uint64_t send_depth_mm(Stamp stamp, std::span<const std::uint16_t> depth_mm) override {
-    return send_pixels(stamp, protocol::DepthEncoding::kMillimetres16, depth_mm.size(), depth_mm.data());
+    return send_pixels(stamp, protocol::DepthEncoding::kCounts16, depth_mm.size(), depth_mm.data());
   }
 
   std::uint64_t send_state(Stamp stamp, const QuadrotorState& state, bool thrust_known) override {
