@@ -13,6 +13,13 @@ constexpr double kMaxAge_s = 1e9;      // that a command may tell
 
 double finite_or(double value, double otherwise) noexcept { return std::isfinite(value) ? value : otherwise; }
 
+/// The planner's limits on body rates are soft; what a vehicle is asked for keeps to its own. 0: it has none.
+Eigen::Vector3d within(const Eigen::Vector3d& limit_rad_s, Eigen::Vector3d w_WB_B) noexcept {
+  for (Eigen::Index i = 0; i < 3; ++i)
+    if (limit_rad_s[i] > 0.0) w_WB_B[i] = std::clamp(w_WB_B[i], -limit_rad_s[i], limit_rad_s[i]);
+  return w_WB_B;
+}
+
 }  // namespace
 
 Stepping::Stepping(const protocol::SessionRequest* request, std::uint64_t session, const std::string& isa,
@@ -125,6 +132,7 @@ void Stepping::hold_behind(const planner::PlanInput& input) noexcept {
   hold.center_W = input.target.center_W;
   if (away_W.norm() > 1e-6) hold.center_W += brake_m * away_W.normalized();
   hold.axis_W = input.target.axis_W;
+  hold.shape = input.target.shape;
 }
 
 void Stepping::read_state() noexcept {
@@ -251,7 +259,7 @@ void Stepping::fill_command(Stamp plan_start) noexcept {
     command.thrust_rate_n_s[k] = plan_.thrust_rate_n_s[k];
     command.rotor_thrust_n[k] = plan_.state[k].thrust_command_n;
     command.collective_thrust_n[k] = plan_.state[k].thrust_command_n.sum();
-    command.body_rates_rad_s[k] = plan_.state[k].w_WB_B;
+    command.body_rates_rad_s[k] = within(request_->quadrotor.body_rate_max_rad_s, plan_.state[k].w_WB_B);
   }
   ++command.sequence;
   command.answers_sequence = state_.newest.sequence;

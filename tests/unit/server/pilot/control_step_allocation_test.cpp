@@ -72,8 +72,8 @@ void fly(protocol::Timing timing) {
   PilotParts parts;
   parts.request = testing::join_request("drone", 7, timing);
   parts.session = 1;
-  auto planner = planner::Planner::create(profile, parts.request.quadrotor, parts.request.course.waypoints[0].gate,
-                                          kGuideConeAngle_rad, 1);
+  auto planner =
+      planner::Planner::create(profile, parts.request.quadrotor, parts.request.course, kGuideConeAngle_rad, 1);
   ASSERT_TRUE(planner.ok()) << planner.error();
   parts.planner = std::move(planner).value();
   parts.sensor = std::make_unique<DecodedSensor>();

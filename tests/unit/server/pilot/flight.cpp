@@ -80,9 +80,8 @@ std::unique_ptr<Pilot> Flight::make_pilot() const {
   PilotParts parts;
   parts.request = request_;
   parts.session = kSession;
-  parts.planner =
-      value_of(planner::Planner::create(shipped().profile, request_.quadrotor, request_.course.waypoints[0].gate,
-                                        shipped().bundle.manifest().cone_angle_rad, request_.seed));
+  parts.planner = value_of(planner::Planner::create(shipped().profile, request_.quadrotor, request_.course,
+                                                    shipped().bundle.manifest().cone_angle_rad, request_.seed));
   parts.sensor = std::make_unique<perception::LearnedSensor>(
       &shipped().bundle, kernels::best_backend().prepare(shipped().bundle.decoder()), shipped().encoders.get());
   parts.isa = "any";
@@ -127,7 +126,7 @@ QuadrotorState Flight::estimate() {
 
 void Flight::send_frame(Pilot* pilot, Stamp at) {
   const Eigen::Isometry3d X_WC = Eigen::Translation3d(state_.p_WB) * state_.q_WB * request_.camera.X_BC;
-  const std::vector<float> depth_m = test::draw_gates(request_.camera, X_WC, gates_, request_.course.waypoints[0].gate);
+  const std::vector<float> depth_m = test::draw_gates(request_.camera, X_WC, gates_, request_.course);
   protocol::DepthFrame frame;
   frame.vehicle = request_.vehicle;
   frame.session = kSession;
