@@ -86,7 +86,11 @@ int run(const Arguments& a) {
 
   ProgressLine line(a.quiet);
   const auto report =
-      fly(*scenario, options, client.value().get(), stop_requested, [&line](const Progress& p) { line.show(p); });
+      fly(*scenario, options, client.value().get(), stop_requested, [&line](const Progress& p) { line.show(p); },
+          [&line](const HeardProblem& heard) {
+            line.clear();
+            log::warn("the server says, " + in_words(heard));
+          });
   client.value().reset();  // leaves the session before anything slow is done
   line.clear();
   if (!report) return complain(report.error(), kExitBadInput);

@@ -22,11 +22,15 @@ double percent_of(std::uint64_t part, std::uint64_t whole) {
 
 }  // namespace
 
+std::string in_words(const HeardProblem& heard) {
+  return fmt::format("at {:.2f} s: {}", heard.race_time_s, protocol::sentence(heard.problem));
+}
+
 std::string summarize(const Report& report) {
   std::string out;
   const bool real_time = report.timing == protocol::Timing::kRealTime;
   add(&out, "Result        {}\n", report.sentence);
-  for (const std::string& problem : report.problems) add(&out, "Problem       {}\n", problem);
+  for (const HeardProblem& problem : report.problems) add(&out, "Problem       {}\n", in_words(problem));
   add(&out, "Seeds         world {}, planner {}\n", report.seed, report.planner_seed);
   add(&out, "Gates         {} of {} passed\n", report.passes.size(), report.gates_total);
   add(&out, "Lap times    ");

@@ -32,9 +32,9 @@ void SimulatedLink::send_state(Stamp now) {
 }
 
 void SimulatedLink::send_frame(Stamp now, const scene::DepthImage& metres,
-                               const std::vector<std::uint16_t>& millimetres) {
+                               const std::vector<std::uint16_t>& counts) {
   const Passage passage = pass(1);
-  if (!passage.lost) frames_.push_back({now + options_.delay + passage.jitter, {now, metres, millimetres}});
+  if (!passage.lost) frames_.push_back({now + options_.delay + passage.jitter, {now, metres, counts}});
 }
 
 std::optional<SimulatedLink::State> SimulatedLink::take_state(Stamp now) {
