@@ -108,20 +108,25 @@ void Stepping::hold_behind(const planner::PlanInput& input) noexcept {
   hold.axis_W = input.target.axis_W;
 }
 
-void Stepping::absorb() noexcept {
+void Stepping::read_state() noexcept {
   if (const StateSample* const sample = shared_->states.read()) {
     state_.newest = *sample;
     state_.state_is_new = true;
   }
+}
+
+void Stepping::read_beliefs() noexcept {
   if (const gates::Snapshot* const snapshot = shared_->beliefs.read()) gates_.take(snapshot);
+}
+
+void Stepping::absorb() noexcept {
+  read_state();
+  read_beliefs();
 }
 
 Stepping::Answer Stepping::step(Stamp now) noexcept {
   unsolved_ = false;
-  if (const StateSample* const sample = shared_->states.read()) {
-    state_.newest = *sample;
-    state_.state_is_new = true;
-  }
+  read_state();
   const StateSample& newest = state_.newest;
   if (!state_.have_state && !state_.state_is_new) return {};
 
@@ -147,7 +152,7 @@ Stepping::Answer Stepping::step(Stamp now) noexcept {
     if (age > 2 * period_) degraded = true;
   }
 
-  if (const gates::Snapshot* const snapshot = shared_->beliefs.read()) gates_.take(snapshot);
+  read_beliefs();
   state_.first_answer = state_.state_is_new;
   if (state_.state_is_new) take_in(newest);
   state_.state_is_new = false;

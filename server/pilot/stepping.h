@@ -103,6 +103,8 @@ class Stepping {
   bool lockstep() const noexcept { return request_->timing == protocol::Timing::kLockstep; }
   /// What the planner aims at: the belief, with the nominal waypoint in its place where the profile wants that.
   gates::GateBelief planned(std::uint32_t waypoint) const noexcept;
+  void read_state() noexcept;
+  void read_beliefs() noexcept;
   void take_in(const StateSample& sample) noexcept;
   void watch_disturbance(const StateSample& sample) noexcept;
   void hold_behind(const planner::PlanInput& input) noexcept;

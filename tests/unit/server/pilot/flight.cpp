@@ -9,6 +9,7 @@
 #include "common/config/course.h"
 #include "common/config/locate.h"
 #include "common/course/course.h"
+#include "server/kernels/backend.h"
 #include "server/perception/learned/learned_sensor.h"
 #include "server/planner/profile_file.h"
 #include "tests/support/drawn_gates.h"
@@ -81,7 +82,8 @@ std::unique_ptr<Pilot> Flight::make_pilot() const {
   parts.planner =
       value_of(planner::Planner::create(shipped().profile, request_.quadrotor, request_.course.waypoints[0].gate,
                                         shipped().bundle.manifest().cone_angle_rad, request_.seed));
-  parts.sensor = std::make_unique<perception::LearnedSensor>(&shipped().bundle, shipped().encoders.get());
+  parts.sensor = std::make_unique<perception::LearnedSensor>(
+      &shipped().bundle, kernels::best_backend().prepare(shipped().bundle.decoder()), shipped().encoders.get());
   parts.isa = "any";
   parts.model_hash = shipped().bundle.hash();
   parts.now = kStart + kServerAhead;

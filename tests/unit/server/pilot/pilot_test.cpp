@@ -172,6 +172,8 @@ TEST(PilotInput, TimeDoesNotGoBackwards) {
   bench.take(bench.state(50s));
   EXPECT_EQ(bench.take(bench.state(50s)), Outcome::kRejected);
   EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("time went backwards"));
+  EXPECT_EQ(bench.pilot->last_note()->code, ErrorCode::kNotRising);
+  EXPECT_EQ(bench.pilot->last_note()->field, "stamp");
   EXPECT_EQ(bench.take(bench.state(49s)), Outcome::kRejected);
   auto repeated = bench.state(51s);
   repeated.sequence = 1;
@@ -188,6 +190,7 @@ TEST(PilotInput, AnotherSessionsSamplesAreDropped) {
   auto frame = bench.frame(50s);
   frame.session = 99;
   EXPECT_EQ(bench.take(frame), Outcome::kRejected);
+  EXPECT_EQ(bench.pilot->last_note()->code, ErrorCode::kWrongSession);
   EXPECT_EQ(bench.telemetry().states_rejected, 1u);
   EXPECT_EQ(bench.telemetry().frames_rejected, 1u);
   EXPECT_EQ(bench.step(), nullptr);
@@ -279,6 +282,7 @@ TEST(PilotDepth, AFrameWithoutAPoseIsDroppedWithItsReason) {
   bench.take(early);
   bench.look();
   EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("no state came yet"));
+  EXPECT_EQ(bench.pilot->last_note()->code, ErrorCode::kFrame);
 
   bench.take(bench.state(50s));
   auto old = bench.frame(49500ms);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "server/kernels/backend.h"
 #include "server/perception/sight.h"
 #include "tests/support/analytic_field.h"
 #include "tests/support/drawn_gates.h"
@@ -19,9 +20,14 @@ const model::Bundle& bundle() {
   return read;
 }
 
+std::shared_ptr<const kernels::PreparedDecoder> decoder() {
+  static const auto prepared = kernels::best_backend().prepare(bundle().decoder());
+  return prepared;
+}
+
 class Learned : public ::testing::Test {
  protected:
-  Learned() : sensor_(&bundle(), &encoders()) {
+  Learned() : sensor_(&bundle(), decoder(), &encoders()) {
     course_.closed = false;
     course_.waypoints.push_back({{4, 0, 1.5}, Eigen::Vector3d::UnitX(), {}});
     X_WC_ = camera_.X_BC;
@@ -77,7 +83,7 @@ TEST_F(Learned, AFieldIsMadeAnewFromItsSourceBitForBit) {
   believed.translation() += Eigen::Vector3d(0.03, -0.02, 0.01);
   const auto field = sensor_.field(seen->gate.X_WG, believed, {});
   const FieldSource source = sensor_.source_of(*field);
-  LearnedSensor other(&bundle(), &encoders());
+  LearnedSensor other(&bundle(), decoder(), &encoders());
   const auto again = other.restore(source, {});
   ASSERT_TRUE(again.ok()) << again.error();
   EXPECT_EQ(values(**again), values(*field));
