@@ -71,7 +71,7 @@ Status write_csv(const std::filesystem::path& file, const Report& report) {
         s.v_WB.x(), s.v_WB.y(), s.v_WB.z());
     add(&out, "{:.6f},{:.6f},{:.6f},{:.6f},{:.5f},{:.5f},{:.5f},", s.q_WB.w(), s.q_WB.x(), s.q_WB.y(), s.q_WB.z(),
         s.w_WB_B.x(), s.w_WB_B.y(), s.w_WB_B.z());
-    for (const Eigen::Vector4d& values : {s.thrust_n, s.thrust_command_n, sample.setpoint.thrust_rate_n_s})
+    for (const PlainVector4& values : {s.thrust_n, s.thrust_command_n, sample.setpoint.thrust_rate_n_s})
       add(&out, "{:.4f},{:.4f},{:.4f},{:.4f},", values[0], values[1], values[2], values[3]);
     const auto& health = sample.health;
     add(&out, "{},{},{},{},{:.4f},{:.4f},{:.6f},{:.1f},{}\n",
