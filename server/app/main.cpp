@@ -89,6 +89,6 @@ int main(int argc, char** argv) {
   add_options(&app, &options);
   return run_program(&app, argc, argv, [&] {
     return serve("gatefield-server", options,
-                 [&](const kernels::Backend& backend) { return learned_eyes(model, options, backend); });
+                 [&](const gatefield::kernels::Backend& backend) { return learned_eyes(model, options, backend); });
   });
 }

@@ -182,14 +182,14 @@ class Reader {
       to[i] = from[i];
     }
   }
-  template <int kRows>
-  void get(const Doubles& from, Eigen::Matrix<double, kRows, 1>* to, const char* field) {
+  template <int kRows, int kOptions>
+  void get(const Doubles& from, Eigen::Matrix<double, kRows, 1, kOptions>* to, const char* field) {
     get(from, kRows, to->data(), field);
   }
-  void get(const Doubles& from, Eigen::Quaterniond* to, const char* field) {
+  void get(const Doubles& from, PlainQuaternion* to, const char* field) {
     double wxyz[4] = {1, 0, 0, 0};
     get(from, 4, wxyz, field);
-    *to = Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+    *to = PlainQuaternion(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   }
   void get(const Doubles& from, Eigen::Isometry3d* to, const char* field) {
     Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>::Zero();

@@ -27,7 +27,11 @@ forbid "$(outside client/simulator)" 'mujoco/' 'only client/simulator includes M
 forbid "$(outside common/scene)" 'embree' 'only common/scene includes Embree'
 forbid "server/planner server/kernels common/geometry common/vehicle common/scene common/protocol" 'common/dds/|server/service/' \
   'pure mathematics knows no middleware'
-forbid "server/planner" 'server/perception/' 'the planner knows the field only through its own interface'
+forbid "server/gates" 'server/(kernels|perception|planner|pilot|service)/' 'what is believed of gates knows no network and no planner'
+forbid "server/planner" 'server/(perception|pilot|service)/' 'the planner knows the field only through its own interface'
+forbid "server/perception" 'server/(planner|pilot|service)/' 'perception makes observations; what is done with them is for others'
+forbid "server/pilot" 'server/(service|app|baseline)/|server/perception/learned/|common/dds/' 'a pilot knows no service, no network and no transport'
+forbid "client/sdk client/flight" 'client/(simulator|race)/' 'any vehicle flies by the SDK and the flight loop'
 forbid "server/service" 'common/dds/' 'the service knows DDS only through an interface'
 forbid "client/sdk" 'spdlog|google/protobuf|opencv2' 'the SDK needs Fast DDS and Eigen only'
 

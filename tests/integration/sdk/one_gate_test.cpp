@@ -53,7 +53,7 @@ TEST_F(OneGate, IsPassedInRealTime) {
     ASSERT_NE(said, std::string::npos) << flight.output << server_.output();
     ASSERT_GT(std::stoi(flight.output.substr(said + 12)), 20) << flight.output << server_.output();
   }
-  GTEST_SKIP() << "in five flights the loop was late by more than 20 ms each time";
+  FAIL() << "in five flights the loop was late by more than 20 ms each time: the machine is too busy for real time";
 }
 
 std::string read(const std::filesystem::path& file) {
