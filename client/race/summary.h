@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "client/race/campaign.h"
-#include "client/race/trial.h"
+#include "client/race/trial_result.h"
 
 /// What came of the trials of a cell at one speed. Thread-safe: yes.
 namespace gatefield::race {

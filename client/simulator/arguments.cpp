@@ -78,7 +78,8 @@ void declare(CLI::App* app, Arguments* a) {
       ->check(CLI::Range(10.0, 1000.0))
       ->capture_default_str()
       ->group("Time");
-  app->add_flag("--depth-metres", a->depth_metres, "Send depth as 32-bit metres (default: 16-bit counts of the camera's metres_per_count)")
+  app->add_flag("--depth-metres", a->depth_metres,
+                "Send depth as 32-bit metres (default: 16-bit counts of the camera's metres_per_count)")
       ->group("Time");
 
   app->add_option("--csv", a->csv, "Write the run here, a line every 10 ms")->group("Output");

@@ -87,8 +87,8 @@ Result<QuadrotorModel> to_quadrotor(const QuadrotorSpec& spec, std::vector<std::
 
 Actuation to_actuation(const ActuationSpec& spec) {
   Actuation actuation;
-  actuation.kind = spec.kind() == ActuationSpec::BODY_RATES ? Actuation::Kind::kBodyRates
-                                                            : Actuation::Kind::kRotorThrusts;
+  actuation.kind =
+      spec.kind() == ActuationSpec::BODY_RATES ? Actuation::Kind::kBodyRates : Actuation::Kind::kRotorThrusts;
   actuation.thrust_time_constant_s = spec.thrust_time_constant_s();
   const auto& lags = spec.rate_time_constant_s();
   actuation.rate_time_constant_s = Eigen::Vector3d(lags.x(), lags.y(), lags.z());

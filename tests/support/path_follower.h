@@ -15,9 +15,9 @@ class PathFollower final : public sdk::Client {
  public:
   struct Options {
     double speed_m_s = 4.0;
-    std::uint64_t silent_from = UINT64_MAX;     ///< states from this sequence number on get no answer
-    std::chrono::milliseconds answer_delay{0};  ///< wall clock that an answer takes
-    bool stand_still = false;                   ///< hovers at the start
+    std::uint64_t silent_from = UINT64_MAX;      ///< states from this sequence number on get no answer
+    std::chrono::milliseconds answer_delay{0};   ///< wall clock that an answer takes
+    bool stand_still = false;                    ///< hovers at the start
     std::vector<sdk::ProblemChange> problems{};  ///< told one by one, one per answer
   };
 

@@ -17,8 +17,7 @@ constexpr protocol::Problems kDepth = bit(Problem::kDepthMissing);
 /// All changes that wait: "+" and the problem's number for what began, "-" for what ended.
 std::vector<int> changes(ProblemWatch* watch) {
   std::vector<int> all;
-  while (const auto change = watch->next())
-    all.push_back((change->began ? 1 : -1) * static_cast<int>(change->problem));
+  while (const auto change = watch->next()) all.push_back((change->began ? 1 : -1) * static_cast<int>(change->problem));
   return all;
 }
 

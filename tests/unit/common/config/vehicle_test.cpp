@@ -230,8 +230,9 @@ TEST(VehicleFile, TheUnitOfDepthIsReadAndChecked) {
 
 TEST(VehicleFile, DistortionIsReadAndRefusedWhereItMatters) {
   const CameraModel camera =
-      must_load(replaced(racer(), "rate_hz: 60",
-                         "rate_hz: 60 distortion { model: BROWN_CONRADY k1: 1e-3 k2: 2e-4 p1: 3e-4 p2: 4e-4 k3: 5e-5 }"))
+      must_load(
+          replaced(racer(), "rate_hz: 60",
+                   "rate_hz: 60 distortion { model: BROWN_CONRADY k1: 1e-3 k2: 2e-4 p1: 3e-4 p2: 4e-4 k3: 5e-5 }"))
           .camera;
   EXPECT_EQ(camera.distortion_model, CameraModel::Distortion::kBrownConrady);
   EXPECT_EQ(camera.distortion, (std::array<double, 5>{1e-3, 2e-4, 3e-4, 4e-4, 5e-5})) << "in OpenCV's order";
