@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "client/race/campaign.h"
-#include "client/race/trial.h"
+#include "client/race/trial_result.h"
 #include "client/simulator/flight_picture.h"
 #include "common/base/result.h"
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "client/race/campaign.h"
-#include "client/race/trial.h"
+#include "client/race/trial_result.h"
 #include "common/plot/table.h"
 
 namespace gatefield::race {
