@@ -133,13 +133,6 @@ void copy_missing(const fs::path& from, const fs::path& to) {
   fs::copy(from, to, fs::copy_options::recursive | fs::copy_options::skip_existing, failure);
 }
 
-/// The server of true poses knows one seed, the planner's, and makes the true gates of it.
-Status check_seeds(const Trial& trial) {
-  if (trial.cell->perception != Perception::kTruePose || trial.seed_of_planner() == trial.seed) return {};
-  return Error::invalid("planner_seed", std::to_string(trial.seed_of_planner()) + " in '" + trial.name() + "'",
-                        "the trial's own seed, since the perception is TRUE_POSE and makes the true gates of it");
-}
-
 }  // namespace
 
 Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server,
@@ -198,7 +191,6 @@ Result<Plan> plan_run(const Campaign& campaign, const RunRequest& request) {
     done.insert(trial_name(result));
   }
   for (const Trial& trial : trials_of(campaign, request.selection)) {
-    if (auto status = check_seeds(trial); !status) return status.failure();
     if (done.count(trial.name()) > 0) {
       ++plan.done;
     } else {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "client/race/files.h"
+#include "common/base/whole_file.h"
 
 namespace gatefield::race {
 namespace {
@@ -17,8 +18,8 @@ namespace fs = std::filesystem;
 constexpr double kPathStep_s = 0.04;
 
 Result<simulator::FlownPath> read_path(const fs::path& file, const TrialResult& result) {
-  const auto text = get_file(file);
-  if (!text) return Error{text.error()};
+  const auto text = read_file(file);
+  if (!text) return text.failure();
   simulator::FlownPath path{result.seed, result.won(), {}};
   std::istringstream in(*text);
   std::string line;

@@ -60,7 +60,8 @@ bool ServerFlyer::lost() {
   return server && !server->running();
 }
 
-Result<std::vector<std::string>> ServerFlyer::server_arguments(const Cell& cell) const {
+Result<std::vector<std::string>> ServerFlyer::server_arguments(const Trial& trial) const {
+  const Cell& cell = *trial.cell;
   std::vector<std::string> arguments;
   if (cell.perception == Perception::kLearned) {
     const auto folder = find_model(cell.model);
@@ -69,6 +70,8 @@ Result<std::vector<std::string>> ServerFlyer::server_arguments(const Cell& cell)
   } else {
     arguments = {options_.baseline_program, "--perception", name(cell.perception), "--scenario",
                  (options_.cells / (cell.name + ".txt")).string()};
+    if (cell.perception == Perception::kTruePose)
+      arguments.insert(arguments.end(), {"--world-seed", std::to_string(trial.seed)});
   }
   for (const auto& [option, value] : {std::pair<std::string, std::string>("--domain", std::to_string(domain_)),
                                       {"--name", server_name_},
@@ -83,14 +86,14 @@ Result<std::vector<std::string>> ServerFlyer::server_arguments(const Cell& cell)
   return arguments;
 }
 
-Status ServerFlyer::ensure_server(const Cell& cell, const std::atomic<bool>& cancel, std::string* why_lost) {
+Status ServerFlyer::ensure_server(const Trial& trial, const std::atomic<bool>& cancel, std::string* why_lost) {
   if (!options_.name.empty()) return {};
-  if (server_ && server_->running() && server_key(cell) == key_) return {};
+  if (server_ && server_->running() && server_key(trial) == key_) return {};
   set_server(nullptr);
   // Each start has a name of its own, so that nothing of the one before can be taken for its words.
   server_name_ = "race-" + host_name() + "-" + std::to_string(getpid()) + "-" + std::to_string(worker_) + "-" +
                  std::to_string(++starts_);
-  const auto arguments = server_arguments(cell);
+  const auto arguments = server_arguments(trial);
   if (!arguments) return arguments.failure();
   std::error_code failure;
   if (!options_.traces.empty()) fs::create_directories(options_.traces, failure);
@@ -104,7 +107,7 @@ Status ServerFlyer::ensure_server(const Cell& cell, const std::atomic<bool>& can
     *why_lost = server.error();
     return {};
   }
-  key_ = server_key(cell);
+  key_ = server_key(trial);
   set_server(std::move(server).value());
   return {};
 }
@@ -121,7 +124,7 @@ std::vector<trace::Step> ServerFlyer::take_trace(const std::string& vehicle) con
 
 Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& cancel) {
   Flight flight;
-  if (auto status = ensure_server(*trial.cell, cancel, &flight.why); !status) return status.failure();
+  if (auto status = ensure_server(trial, cancel, &flight.why); !status) return status.failure();
   if (cancel || !flight.why.empty()) {
     flight.end = cancel ? Flight::End::kCancelled : Flight::End::kLost;
     return flight;

@@ -57,7 +57,7 @@ struct ServerOptions {
 Result<std::filesystem::path> find_model(const std::string& name);
 
 /// Flies through a gatefield-server over DDS in lockstep. One server of its own per worker, in a DDS domain of 10 to
-/// 99, restarted when it died or another model is asked for; or one on the network, by its name. Only that server is
+/// 99, restarted when it died or another model is asked for (or, for true poses, another world); or one on the network, by its name. Only that server is
 /// listened to, so that others in the domain do no harm.
 class ServerFlyer final : public Flyer {
  public:
@@ -68,8 +68,8 @@ class ServerFlyer final : public Flyer {
   bool lost() override;
 
  private:
-  Result<std::vector<std::string>> server_arguments(const Cell& cell) const;
-  Status ensure_server(const Cell& cell, const std::atomic<bool>& cancel, std::string* lost);
+  Result<std::vector<std::string>> server_arguments(const Trial& trial) const;
+  Status ensure_server(const Trial& trial, const std::atomic<bool>& cancel, std::string* lost);
   std::vector<trace::Step> take_trace(const std::string& vehicle) const;
   void set_server(std::shared_ptr<ChildProcess> server);
 

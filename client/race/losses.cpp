@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "client/race/files.h"
+#include "common/base/text.h"
 
 namespace gatefield::race {
 namespace {
@@ -83,9 +84,11 @@ std::string failure_list(const Campaign& campaign, const std::vector<TrialResult
     if (result.end_p_W.allFinite())
       place = fmt::format(", at ({:.2f}, {:.2f}, {:.2f}), frame {}", result.end_p_W.x(), result.end_p_W.y(),
                           result.end_p_W.z(), result.frame);
-    if (cell != nullptr && cell->perception != Perception::kLearned)
+    if (cell != nullptr && cell->perception != Perception::kLearned) {
       out += "\n# server: gatefield-baseline-server --perception " + std::string(name(cell->perception)) +
              " --scenario cells/" + cell->name + ".txt";
+      if (cell->perception == Perception::kTruePose) out += " --world-seed " + std::to_string(result.seed);
+    }
     out += "\n# " + trial_name(result) + ": " + words(result.cause) + ", " + words(result.failure) + ": " +
            result.sentence + place + "; model " + (cell != nullptr ? cell->model : "of the cell") + " (hash " +
            hex(result.model) + "), " + result.isa + "\n" + result.reproduce + "\n";

@@ -42,6 +42,11 @@ std::string server_key(const Cell& cell) {
   return cell.rollouts ? cell.model + " with rollouts" : cell.model;
 }
 
+std::string server_key(const Trial& trial) {
+  const std::string key = server_key(*trial.cell);
+  return trial.cell->perception == Perception::kTruePose ? key + ", world " + std::to_string(trial.seed) : key;
+}
+
 std::vector<Trial> trials_of(const Campaign& campaign, const Selection& selection) {
   std::vector<std::string> servers;
   std::uint64_t rounds = 0;

@@ -30,6 +30,8 @@ std::string trial_name(const std::string& cell, double speed_m_s, std::uint64_t 
 
 /// What server a cell needs: one per model, and for the baselines one per cell.
 std::string server_key(const Cell& cell);
+/// The same for a trial: true poses are of one world, so that their server is another one for each seed.
+std::string server_key(const Trial& trial);
 
 /// Part `index` (from 1) of `count` of a campaign.
 struct Shard {

@@ -124,7 +124,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   }
 
   std::uint64_t send_depth_counts(Stamp stamp, std::span<const std::uint16_t> counts) override {
-    return send_pixels(stamp, protocol::DepthEncoding::kMillimetres16, counts.size(), counts.data());
+    return send_pixels(stamp, protocol::DepthEncoding::kCounts16, counts.size(), counts.data());
   }
 
   std::uint64_t send_state(Stamp stamp, const QuadrotorState& state, bool thrust_known) override {

@@ -81,11 +81,11 @@ struct VehicleState {
 };
 
 enum class DepthEncoding : std::uint8_t {
-  kMillimetres16 = 0,  ///< uint16 of CameraModel::metres_per_count, little endian; 0 = no return
-  kMetres32 = 1,       ///< IEEE float32, little endian; 0, NaN or infinity = no return
+  kCounts16 = 0,  ///< uint16 of CameraModel::metres_per_count, little endian; 0 = no return
+  kMetres32 = 1,  ///< IEEE float32, little endian; 0, NaN or infinity = no return
 };
 inline constexpr std::size_t bytes_per_pixel(DepthEncoding encoding) noexcept {
-  return encoding == DepthEncoding::kMillimetres16 ? 2 : 4;
+  return encoding == DepthEncoding::kCounts16 ? 2 : 4;
 }
 
 /// Intrinsics and mounting came with the session; a frame whose size differs from them is dropped.
@@ -96,7 +96,7 @@ struct DepthFrame {
   Stamp stamp{0};              ///< of the capture (middle of the exposure)
   std::uint32_t width_px = 0;
   std::uint32_t height_px = 0;
-  DepthEncoding encoding = DepthEncoding::kMillimetres16;
+  DepthEncoding encoding = DepthEncoding::kCounts16;
   std::vector<std::uint8_t> pixels;  ///< row-major, width * height * bytes_per_pixel
 };
 

@@ -171,7 +171,7 @@ Status validate(const DepthFrame& frame, const CameraModel& camera) {
       frame.height_px != static_cast<std::uint32_t>(camera.height_px))
     return wrong("size", text(frame.width_px) + " x " + text(frame.height_px) + " px",
                  text(camera.width_px) + " x " + text(camera.height_px) + " px, the session's camera");
-  if (frame.encoding != DepthEncoding::kMillimetres16 && frame.encoding != DepthEncoding::kMetres32)
+  if (frame.encoding != DepthEncoding::kCounts16 && frame.encoding != DepthEncoding::kMetres32)
     return wrong("encoding", text(static_cast<int>(frame.encoding)), "0 (16-bit millimetres) or 1 (32-bit metres)");
   const std::size_t expected = std::size_t{frame.width_px} * frame.height_px * bytes_per_pixel(frame.encoding);
   if (frame.pixels.size() != expected)

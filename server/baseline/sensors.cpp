@@ -63,8 +63,8 @@ class Blind final : public PoseSensor {
 /// Knows the true gates, and tells of those that the image shows.
 class Truth final : public PoseSensor {
  public:
-  Truth(const protocol::SessionRequest& request, const config::Scenario& scenario)
-      : world_(config::perturbed_world(scenario.track, scenario.perturbation, request.seed)) {}
+  explicit Truth(const config::Scenario& scenario)
+      : world_(config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed)) {}
 
   std::optional<Observation> look(const View& view, const gates::Expectation& gate, Where) override {
     if (gate.gate >= world_.gates.size()) return std::nullopt;
@@ -94,7 +94,7 @@ class Truth final : public PoseSensor {
     return seen >= kShownPart * kPoints;
   }
 
-  scene::World world_;
+  scene::World world_;  // its gates are numbered as the course's
 };
 
 /// Its rotation is one to double precision's last digit.
@@ -166,7 +166,7 @@ std::unique_ptr<perception::GateSensor> make_sensor(Kind kind, const protocol::S
     case Kind::kNone:
       return std::make_unique<Blind>();
     case Kind::kTruePose:
-      return std::make_unique<Truth>(request, scenario);
+      return std::make_unique<Truth>(scenario);
     case Kind::kClassical:
       return std::make_unique<Classical>(request.course);
   }

@@ -25,7 +25,7 @@ const char* name(Kind kind) noexcept;
 /// What looks for gates in the learned sensor's place. The filter and the rules around it are the product's
 /// (perception::Sight, gates::GateRecords); the field is the hourglass of the believed pose.
 /// @param request   of the session: its course has the shapes of the gates that are looked for
-/// @param scenario  kTruePose: gives the true gates, with the request's seed
+/// @param scenario  kTruePose: the true gates are drawn from it, with its seed; the request's is the planner's alone
 std::unique_ptr<perception::GateSensor> make_sensor(Kind kind, const protocol::SessionRequest& request,
                                                     const config::Scenario& scenario);
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -10,20 +11,11 @@
 #include "common/geometry/camera.h"
 #include "common/protocol/messages.h"
 #include "server/gates/gate_records.h"
+#include "server/perception/depth_image.h"
 #include "server/perception/gate_sensor.h"
+#include "server/perception/sensor_watch.h"
 
 namespace gatefield::perception {
-
-/// Float metres from what came over the wire. Values that are not finite, nearer than the camera's least depth or
-/// farther than its largest become 0 (no return).
-struct DecodedDepth {
-  std::size_t returns = 0;    ///< pixels with a depth within the camera's range
-  std::size_t saturated = 0;  ///< pixels at the encoding's largest value or beyond the camera's range
-};
-/// @pre pixels.size() == width * height * bytes_per_pixel(encoding)
-/// @param depth_m  out, resized to width * height
-DecodedDepth decode_depth(std::span<const std::uint8_t> pixels, protocol::DepthEncoding encoding,
-                          const CameraModel& camera, std::vector<float>* depth_m);
 
 struct SightOptions {
   double first_sight_distance_m = 12.0;    ///< look for a gate that was never seen within this distance
@@ -33,12 +25,16 @@ struct SightOptions {
 
 /// The perception step of one vehicle: from a depth frame and the pose at its capture to what is remembered of the
 /// gates. For the target and the gate after it, when it should be in view: look where it is expected; when that shows
-/// nothing and the target was never seen, look anywhere, and take what is found only near the waypoint.
+/// nothing and the target was never seen, look anywhere, and take what is found only near the waypoint. What may be
+/// wrong where a gate is not seen is SensorWatch's to find out, from the same frames; it changes nothing of what is
+/// taken.
 /// Thread-safe: no (perception).   Real-time safe: no (sensors allocate).
 class Sight {
  public:
   Sight(const CameraModel& camera, const Course& course, std::unique_ptr<GateSensor> sensor,
         const SightOptions& options);
+  Sight(const Sight&) = delete;
+  Sight& operator=(const Sight&) = delete;
 
   enum class Outcome {
     kLooked,     ///< gates were looked for (and perhaps found)
@@ -53,14 +49,21 @@ class Sight {
   const gates::GateRecords& records() const noexcept { return records_; }
   gates::GateRecords& records() noexcept { return records_; }
   GateSensor& sensor() noexcept { return *sensor_; }
+  /// What the images contradict of what the session told.
+  protocol::Problems problems() const noexcept { return watch_.problems(); }
 
  private:
-  void look_for(std::uint32_t waypoint, bool is_target, const View& view, Stamp capture);
+  struct Search {
+    bool taken = false;
+    std::optional<Observation> seen;  ///< the newest one, taken or not
+  };
+  Search look_for(std::uint32_t waypoint, bool is_target, const View& view, Stamp capture);
 
   CameraModel camera_;
   std::unique_ptr<GateSensor> sensor_;
   SightOptions options_;
   gates::GateRecords records_;
+  SensorWatch watch_;
   std::vector<float> depth_m_;
 };
 

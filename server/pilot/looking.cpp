@@ -95,6 +95,7 @@ bool Looking::look() noexcept {
     Account::count(shared_->account.frames_rejected);
     shared_->account.note(frame_note(frame->sequence, std::string("could not be looked at: ") + e.what()));
   }
+  shared_->sensing_problems.store(sight_.problems(), std::memory_order_relaxed);
   publish(targets, frame->sequence);
   newest_capture_ = frame->stamp;
   shared_->frame_processed.store(frame->sequence, std::memory_order_release);

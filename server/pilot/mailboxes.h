@@ -38,6 +38,7 @@ struct Mailboxes {
   std::atomic<std::uint64_t> frame_processed{0};   ///< newest whose result is in `beliefs`
   std::atomic<std::int64_t> good_frame_stamp{-1};  ///< capture of the newest frame with something in it
   std::atomic<std::int64_t> last_heard{0};         ///< server's clock: the newest good state
+  std::atomic<std::uint64_t> sensing_problems{0};  // what looking found wrong, as Problems; read by stepping
 
   Account account;  ///< all sides
 

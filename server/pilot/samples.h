@@ -26,7 +26,7 @@ struct StateSample {
 struct DepthSample {
   std::uint64_t sequence = 0;
   Stamp stamp{0};
-  protocol::DepthEncoding encoding = protocol::DepthEncoding::kMillimetres16;
+  protocol::DepthEncoding encoding = protocol::DepthEncoding::kCounts16;
   std::vector<std::uint8_t> pixels;
 };
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Holds the documents: prose lines of at most 120 characters (tables and code may be longer), and links that lead somewhere.
+# Holds the documents: prose lines of at most 120 characters (tables and code may be longer), links that lead somewhere, every room
+# of the house in docs/architecture.md, and a changelog that begins with the version that CMakeLists.txt says.
 # usage: documents.sh SOURCE_FOLDER
 set -euo pipefail
 export LC_ALL=C.UTF-8
@@ -27,5 +28,22 @@ while read -r page; do
   done < <(grep -oE '\]\([^)#: ]+' "$page" | sed 's/^](//' || true)
 done < <(find README.md CONTRIBUTING.md docs -name '*.md' | sort)
 
-[[ $failed -eq 0 ]] && echo "Documents: no line too long, no link to nowhere."
+for house in common server client; do
+  while read -r list; do
+    room=$(basename "$(dirname "$list")")
+    sed -n "/^| \`$house\/\` |/,/^$/p" docs/architecture.md | grep -qE "^\| [^|]*\`$room\`[^|]*\|" || {
+      echo "docs/architecture.md: $house/$room is in no row of the rooms of $house"
+      failed=1
+    }
+  done < <(find "$house" -mindepth 2 -maxdepth 2 -name CMakeLists.txt | sort)
+done
+
+version=$(sed -nE 's/^project\(gatefield VERSION ([0-9.]+) .*/\1/p' CMakeLists.txt)
+newest=$(sed -nE 's/^## ([0-9.]+)( .*)?$/\1/p' CHANGELOG.md | head -n 1)
+if [[ -z "$version" || "$newest" != "$version" ]]; then
+  echo "CHANGELOG.md begins with '$newest', and CMakeLists.txt says version '$version'"
+  failed=1
+fi
+
+[[ $failed -eq 0 ]] && echo "Documents: no line too long, no link to nowhere, version $version."
 exit $failed

@@ -72,7 +72,7 @@ inline protocol::DepthFrame good_frame(const std::string& vehicle = "drone", std
   frame.stamp = Stamp(1'234'500'000'000);
   frame.width_px = width_px;
   frame.height_px = height_px;
-  frame.encoding = protocol::DepthEncoding::kMillimetres16;
+  frame.encoding = protocol::DepthEncoding::kCounts16;
   frame.pixels.resize(std::size_t{2} * width_px * height_px);
   for (std::size_t i = 0; i < frame.pixels.size(); ++i) frame.pixels[i] = static_cast<std::uint8_t>(i * 7 + sequence);
   return frame;

@@ -167,7 +167,7 @@ class Chain {
     recorder_->forget();
     const std::span<const std::uint8_t> bytes(reinterpret_cast<const std::uint8_t*>(image_mm.data()),
                                               image_mm.size_bytes());
-    sight_->look(bytes, protocol::DepthEncoding::kMillimetres16, stamp, X_WB, 0, 0);
+    sight_->look(bytes, protocol::DepthEncoding::kCounts16, stamp, X_WB, 0, 0);
     ApproachFrame out;
     out.distance_m = (X_WG.translation() - X_WC.translation()).norm();
     const auto error_G = [&](const Vector3d& center_W) -> Vector3d {

@@ -14,7 +14,7 @@ namespace {
 void draw_gate(const CameraModel& camera, protocol::DepthFrame* frame) {
   frame->width_px = static_cast<std::uint32_t>(camera.width_px);
   frame->height_px = static_cast<std::uint32_t>(camera.height_px);
-  frame->encoding = protocol::DepthEncoding::kMillimetres16;
+  frame->encoding = protocol::DepthEncoding::kCounts16;
   frame->pixels.clear();
   const GateShape shape;
   for (int v = 0; v < camera.height_px; ++v) {

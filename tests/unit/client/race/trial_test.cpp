@@ -96,6 +96,18 @@ TEST(Trials, ThePlannersSeedIsThePersonsElseTheCellsElseGoesWithTheWorlds) {
   EXPECT_THAT(reproduce_command(trials[1]), testing::Not(HasSubstr("planner-seed"))) << "its scenario says it";
 }
 
+TEST(Trials, TruePosesNeedAServerForEachWorld) {
+  const Campaign campaign = campaign_of(R"(
+    defaults { scenario: "circle" seeds { first: 8 last: 9 } speed_m_s: 5 }
+    cell { name: "learned" } cell { name: "true" perception: TRUE_POSE }
+  )");
+  const auto trials = trials_of(campaign);
+  ASSERT_EQ(trials.size(), 4u);
+  EXPECT_EQ(server_key(trials[0]), server_key(trials[1]));
+  EXPECT_EQ(trials[2].cell, trials[3].cell);
+  EXPECT_NE(server_key(trials[2]), server_key(trials[3]));
+}
+
 TEST(ShardText, IsIndexAndCount) {
   EXPECT_EQ(parse_shard("3/16")->index, 3);
   EXPECT_EQ(parse_shard("3/16")->count, 16);

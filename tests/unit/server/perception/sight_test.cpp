@@ -20,7 +20,7 @@ std::vector<std::uint8_t> metres(std::initializer_list<float> values) {
   std::memcpy(bytes.data(), values.begin(), bytes.size());
   return bytes;
 }
-std::vector<std::uint8_t> millimetres(std::initializer_list<std::uint16_t> values) {
+std::vector<std::uint8_t> counts(std::initializer_list<std::uint16_t> values) {
   std::vector<std::uint8_t> bytes(values.size() * 2);
   std::memcpy(bytes.data(), values.begin(), bytes.size());
   return bytes;
@@ -31,14 +31,15 @@ TEST(DecodeDepth, TurnsEverythingOutOfRangeIntoNoReturn) {
   std::vector<float> depth_m;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
-  const DecodedDepth floats = decode_depth(metres({1.5f, 0.0f, nan, infinity, -2.0f, 0.2f, 12.0f, 10.0f}),
-                                           protocol::DepthEncoding::kMetres32, camera, &depth_m);
+  const DecodedDepth floats =
+      decode_depth({metres({1.5f, 0.0f, nan, infinity, -2.0f, 0.2f, 12.0f, 10.0f}), protocol::DepthEncoding::kMetres32},
+                   camera, &depth_m);
   EXPECT_THAT(depth_m, ::testing::ElementsAre(1.5f, 0, 0, 0, 0, 0, 0, 10.0f));
   EXPECT_EQ(floats.returns, 2u);
   EXPECT_EQ(floats.saturated, 2u);
 
-  const DecodedDepth integers = decode_depth(millimetres({1500, 0, 299, 10001, 65535, 300}),
-                                             protocol::DepthEncoding::kMillimetres16, camera, &depth_m);
+  const DecodedDepth integers =
+      decode_depth({counts({1500, 0, 299, 10001, 65535, 300}), protocol::DepthEncoding::kCounts16}, camera, &depth_m);
   EXPECT_THAT(depth_m, ::testing::ElementsAre(::testing::FloatEq(1.5f), 0, 0, 0, 0, ::testing::FloatEq(0.3f)));
   EXPECT_EQ(integers.returns, 2u);
   EXPECT_EQ(integers.saturated, 2u);

@@ -204,7 +204,7 @@ inline protocol::DepthFrame depth_frame(const protocol::SessionRequest& request,
   frame.stamp = stamp;
   frame.width_px = static_cast<std::uint32_t>(request.camera.width_px);
   frame.height_px = static_cast<std::uint32_t>(request.camera.height_px);
-  frame.encoding = protocol::DepthEncoding::kMillimetres16;
+  frame.encoding = protocol::DepthEncoding::kCounts16;
   for (std::uint32_t i = 0; i < frame.width_px * frame.height_px; ++i) {
     frame.pixels.push_back(static_cast<std::uint8_t>(mm & 0xff));
     frame.pixels.push_back(static_cast<std::uint8_t>(mm >> 8));
