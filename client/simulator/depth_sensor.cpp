@@ -8,7 +8,7 @@ namespace gatefield::simulator {
 DepthSensor::DepthSensor(const scene::World& world, const config::Scenario& scenario)
     : camera_(scenario.vehicle.camera),
       noise_(scenario.sensor_noise),
-      random_(scenario.seed, static_cast<std::uint64_t>(config::Stream::kSensorNoise)) {
+      random_(scenario.seed, Stream("gatefield.sensor_noise")) {
   if (scenario.stereo) {
     stereo_.emplace(world, *scenario.stereo, scenario.seed);
   } else {

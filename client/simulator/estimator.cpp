@@ -3,7 +3,7 @@
 namespace gatefield::simulator {
 
 Estimator::Estimator(const config::StateNoise& noise, std::uint64_t seed) noexcept
-    : noise_(noise), random_(seed, static_cast<std::uint64_t>(config::Stream::kStateNoise)) {}
+    : noise_(noise), random_(seed, Stream("gatefield.state_noise")) {}
 
 QuadrotorState Estimator::estimate(const QuadrotorState& truth) noexcept {
   QuadrotorState state = truth;

@@ -8,7 +8,7 @@
 namespace gatefield::simulator {
 
 SimulatedLink::SimulatedLink(const Options& options, std::uint64_t seed)
-    : options_(options), random_(seed, static_cast<std::uint64_t>(config::Stream::kLink)) {}
+    : options_(options), random_(seed, Stream("gatefield.link")) {}
 
 void SimulatedLink::begin(const QuadrotorState& start) {
   past_.assign(static_cast<std::size_t>(options_.delay / Plant::kStep) + 1, start);

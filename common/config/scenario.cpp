@@ -130,7 +130,7 @@ Result<Scenario> make_scenario(const ScenarioFile& spec, const std::filesystem::
 
 scene::World perturbed_world(const Track& track, const Perturbation& perturbation, std::uint64_t seed) {
   scene::World world = nominal_world(track);
-  Random random(seed, static_cast<std::uint64_t>(Stream::kPerturbation));
+  Random random(seed, Stream("gatefield.perturbation"));
   const auto magnitude = [&random] { return (random.chance(0.5) ? 1.0 : -1.0) * random.uniform(0.5, 1.0); };
   for (scene::Gate& gate : world.gates) {
     const double heading = random.uniform(0.0, 2.0 * std::numbers::pi);

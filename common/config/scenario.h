@@ -55,7 +55,8 @@ struct Scenario {
   std::chrono::nanoseconds time_limit = std::chrono::seconds(120);
 };
 
-/// The planner's seed where nobody says one. The one place that decides it.
+/// The planner's seed where nobody says one. The one place that decides it. The two stay two numbers whose default is
+/// the same; what keeps their draws apart is that every random stream has a key of its own name (common/base/random.h).
 constexpr std::uint64_t default_planner_seed(std::uint64_t world_seed) noexcept { return world_seed; }
 
 /// The seed that the planner is told: its own, or the one that goes with the world's.
@@ -83,11 +84,8 @@ Status validate(const StateNoise& noise);
 /// Factors 0.2 to 5, wind up to 30 m/s.
 Status validate(const Mismatch& mismatch);
 
-/// Streams of gatefield::Random that a race draws from; each use has its own, so that none depends on another.
-enum class Stream : std::uint64_t { kPerturbation = 1, kSensorNoise = 2, kStateNoise = 3, kLink = 4 };
-
 /// The true world. Per gate that stands there (one that is passed several times is drawn once), in the order of first
-/// passage, from Random(seed, kPerturbation), each draw made whether or not its magnitude is zero, so
+/// passage, from the stream "gatefield.perturbation", each draw made whether or not its magnitude is zero, so
 /// that one magnitude does not change what another one gives:
 ///   - displaced by exactly position_m in a horizontal direction uniform over the circle,
 ///   - moved up or down, uniform in [-height_m, height_m] (kept above the floor),

@@ -74,7 +74,7 @@ GATEFIELD_MULTIVERSION void add_octave(const float* __restrict s_m, const float*
 }  // namespace
 
 Material draw_material(std::uint64_t texture_seed, std::uint32_t object, Reflectance reflectance) {
-  Random random(texture_seed, object);
+  Random random(texture_seed, Stream("gatefield.texture"), object);
   Material material;
   material.albedo = std::clamp(reflectance * static_cast<float>(random.uniform(0.75, 1.25)), 0.03f, 0.95f);
   const double low = random.chance(0.25) ? 0.006 : 0.06;

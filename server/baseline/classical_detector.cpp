@@ -48,7 +48,7 @@ bool on(const Plane& plane, const Eigen::Vector3d& p_C) {
 /// The plane with the most points, refined by least squares over them.
 std::optional<Plane> fit_plane(const std::vector<Eigen::Vector3d>& points_C) {
   if (points_C.size() < kFewestPoints) return std::nullopt;
-  Random random(points_C.size(), 0);  // the same image gives the same plane
+  Random random(points_C.size(), Stream("gatefield.ransac"));  // the same image gives the same plane
   const auto any = [&]() -> const Eigen::Vector3d& {
     const auto i = static_cast<std::size_t>(random.uniform() * static_cast<double>(points_C.size()));
     return points_C[std::min(i, points_C.size() - 1)];

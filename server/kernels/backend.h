@@ -55,7 +55,7 @@ class Backend {
   virtual std::shared_ptr<const PreparedDecoder> prepare(const model::DecoderWeights& weights) const = 0;
 
   /// Gaussian inputs around a plan: noise/noise.h.
-  virtual void sample(const NoiseShape& shape, std::uint64_t seed, std::uint64_t step, int first_sample,
+  virtual void sample(const NoiseShape& shape, std::uint64_t key, std::uint64_t step, int first_sample,
                       const float* mean, SampleBlock inputs) const noexcept = 0;
   /// States that follow from inputs: rollout/rollout.h.
   virtual void rollout(const QuadrotorModel& model, const QuadrotorState& start, double dt_s, SampleBlock inputs,

@@ -42,9 +42,9 @@ class CpuBackend final : public Backend {
   std::shared_ptr<const PreparedDecoder> prepare(const model::DecoderWeights& weights) const override {
     return std::make_shared<CpuDecoder>(weights, takes(decoder_.layout, weights) ? decoder_ : plain_decoder_);
   }
-  void sample(const NoiseShape& shape, std::uint64_t seed, std::uint64_t step, int first_sample, const float* mean,
+  void sample(const NoiseShape& shape, std::uint64_t key, std::uint64_t step, int first_sample, const float* mean,
               SampleBlock inputs) const noexcept override {
-    kernels::sample(sample_, shape, seed, step, first_sample, mean, inputs);
+    kernels::sample(sample_, shape, key, step, first_sample, mean, inputs);
   }
   void rollout(const QuadrotorModel& model, const QuadrotorState& start, double dt_s, SampleBlock inputs,
                SampleBlock states) const noexcept override {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/multiversion.h"
+#include "common/base/random.h"
 #include "server/planner/applied_disturbance.h"
 #include "server/planner/warm_start.h"
 
@@ -47,7 +48,7 @@ Mppi::Mppi(const Profile& profile, const QuadrotorModel& model, const Course& co
            std::uint64_t seed, const PlannerOptions& options)
     : profile_(profile),
       model_(model),
-      seed_(seed),
+      key_(stream_key(seed, Stream("gatefield.rollouts"))),
       crew_(options.crew),
       backend_(options.backend != nullptr ? options.backend : &kernels::best_backend()),
       noise_(noise_shape(profile, model)),
@@ -94,7 +95,7 @@ RolloutBatch Mppi::roll_out(const PlanInput& input, int block, Workspace& work) 
   batch.steps = profile_.steps;
   batch.samples = inputs.samples;
   batch.stride = kBlock;
-  backend_->sample(noise_, seed_, input.step, block * kBlock, flat_mean_.data(), inputs);
+  backend_->sample(noise_, key_, input.step, block * kBlock, flat_mean_.data(), inputs);
   if (profile_.noise_correlation > 0) {
     const auto keep = static_cast<float>(profile_.noise_correlation);
     mppi::correlate(flat_mean_.data(), keep, std::sqrt(1.0f - keep * keep), profile_.steps, kBlock, inputs.data);

@@ -50,7 +50,7 @@ class Mppi final : public Planner {
 
   Profile profile_;
   QuadrotorModel model_;  ///< its thrust rate bounded by the profile's
-  std::uint64_t seed_;
+  std::uint64_t key_;     ///< of the rollouts' noise
   kernels::Crew* crew_;
   const kernels::Backend* backend_;
   kernels::NoiseShape noise_;

@@ -8,7 +8,8 @@
 /// Gaussian samples for the inputs:
 ///   u[k][i][m] = mean[k][i] + sum_j mixer[i][j] sigma[j] n[k][j][m],   n standard normal
 /// n comes from philox (common/base/random.h) and Box-Muller with counter (m, k, step): the same numbers for the same
-/// (seed, step) on one back end, whatever the blocks are. Tolerance between back ends: |dn| <= 1e-5.
+/// (key, step) on one back end, whatever the blocks are; the key is a stream's (stream_key()). Tolerance between back
+/// ends: |dn| <= 1e-5.
 namespace gatefield::kernels {
 
 struct NoiseShape {
@@ -17,7 +18,7 @@ struct NoiseShape {
 };
 
 /// A block by one instruction set, see simd.cpp; factors[4 i + j] = mixer[i][j] sigma[j].
-using SampleLoop = void(const float* factors, std::uint64_t seed, std::uint64_t step, std::uint32_t first_sample,
+using SampleLoop = void(const float* factors, std::uint64_t key, std::uint64_t step, std::uint32_t first_sample,
                         const float* mean, const SampleBlock& inputs);
 /// For a Highway target that this build has.
 SampleLoop* sample_loop(std::int64_t target) noexcept;
@@ -28,10 +29,10 @@ SampleLoop* sample_loop(std::int64_t target) noexcept;
 ///                      plan itself
 /// @param inputs        out [K][4][M]
 /// Thread-safe: yes.   Real-time safe: yes.
-void sample(SampleLoop* loop, const NoiseShape& shape, std::uint64_t seed, std::uint64_t step, int first_sample,
+void sample(SampleLoop* loop, const NoiseShape& shape, std::uint64_t key, std::uint64_t step, int first_sample,
             const float* mean, SampleBlock inputs) noexcept;
 /// The same in double precision.
-void sample_reference(const NoiseShape& shape, std::uint64_t seed, std::uint64_t step, int first_sample,
+void sample_reference(const NoiseShape& shape, std::uint64_t key, std::uint64_t step, int first_sample,
                       const float* mean, SampleBlock inputs) noexcept;
 
 }  // namespace gatefield::kernels

@@ -6,9 +6,9 @@
 
 namespace gatefield::kernels {
 
-void sample_reference(const NoiseShape& shape, std::uint64_t seed, std::uint64_t step, int first_sample,
+void sample_reference(const NoiseShape& shape, std::uint64_t key, std::uint64_t step, int first_sample,
                       const float* mean, SampleBlock inputs) noexcept {
-  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)};
+  const std::array<std::uint32_t, 2> halves{static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(key >> 32)};
   const auto open_unit = [](std::uint32_t bits) { return (bits >> 9) * 0x1p-23 + 0x1p-24; };
   const auto turns = [](std::uint32_t bits) { return (bits >> 8) * 0x1p-24; };
   const int lanes = padded_samples(inputs.samples);
@@ -17,7 +17,7 @@ void sample_reference(const NoiseShape& shape, std::uint64_t seed, std::uint64_t
       const auto index = static_cast<std::uint32_t>(first_sample) + static_cast<std::uint32_t>(m);
       const auto bits = philox({index, static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(step),
                                 static_cast<std::uint32_t>(step >> 32)},
-                               key);
+                               halves);
       std::array<double, 4> n{};
       if (index != 0) {
         for (std::size_t pair = 0; pair < 2; ++pair) {

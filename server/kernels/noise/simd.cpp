@@ -74,7 +74,7 @@ HWY_INLINE void Normals(VU bits_radius, VU bits_angle, V& first, V& second) {
   second = hn::Mul(radius, sine);
 }
 
-void SampleAll(const float* factors, std::uint64_t seed, std::uint64_t step, std::uint32_t first_sample,
+void SampleAll(const float* factors, std::uint64_t key, std::uint64_t step, std::uint32_t first_sample,
                const float* mean, const SampleBlock& inputs) {
   const D d;
   const DU du;
@@ -88,7 +88,7 @@ void SampleAll(const float* factors, std::uint64_t seed, std::uint64_t step, std
       const VU index = hn::Iota(du, first_sample + static_cast<std::uint32_t>(m));
       VU bits[4] = {index, hn::Set(du, static_cast<std::uint32_t>(k)), hn::Set(du, static_cast<std::uint32_t>(step)),
                     hn::Set(du, static_cast<std::uint32_t>(step >> 32))};
-      Philox(bits, static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32));
+      Philox(bits, static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(key >> 32));
       V n[4];
       Normals(bits[0], bits[1], n[0], n[1]);
       Normals(bits[2], bits[3], n[2], n[3]);
@@ -114,13 +114,13 @@ HWY_EXPORT(SampleAll);
 
 SampleLoop* sample_loop(std::int64_t target) noexcept { return GATEFIELD_OF_TARGET(SampleAll, target); }
 
-void sample(SampleLoop* loop, const NoiseShape& shape, std::uint64_t seed, std::uint64_t step, int first_sample,
+void sample(SampleLoop* loop, const NoiseShape& shape, std::uint64_t key, std::uint64_t step, int first_sample,
             const float* mean, SampleBlock inputs) noexcept {
   float factors[16];
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = 0; j < 4; ++j) factors[4 * i + j] = shape.mixer[i][j] * shape.sigma[j];
   }
-  loop(factors, seed, step, static_cast<std::uint32_t>(first_sample), mean, inputs);
+  loop(factors, key, step, static_cast<std::uint32_t>(first_sample), mean, inputs);
 }
 
 }  // namespace gatefield::kernels
