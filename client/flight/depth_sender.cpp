@@ -16,8 +16,8 @@ void DepthSender::run() {
   while (!ending_.load()) {
     const auto frame = source_->next(kWait);
     if (!frame || ending_.load()) continue;
-    if (const auto* millimetres = std::get_if<std::span<const std::uint16_t>>(&frame->pixels)) {
-      client_.send_depth_mm(frame->capture, *millimetres);
+    if (const auto* counts = std::get_if<std::span<const std::uint16_t>>(&frame->pixels)) {
+      client_.send_depth_counts(frame->capture, *counts);
     } else {
       client_.send_depth(frame->capture, std::get<std::span<const float>>(frame->pixels));
     }

@@ -31,8 +31,9 @@ class StateSource {
 
 /// A frame of the depth camera, row-major, 0 = no return; of the size that the session was joined with.
 struct DepthFrame {
-  Stamp capture{0};                                                             ///< middle of the exposure
-  std::variant<std::span<const std::uint16_t>, std::span<const float>> pixels;  ///< millimetres, or metres
+  Stamp capture{0};  ///< middle of the exposure
+  /// Counts of the camera's metres_per_count, or metres.
+  std::variant<std::span<const std::uint16_t>, std::span<const float>> pixels;
 };
 
 /// Brings depth frames.

@@ -143,6 +143,7 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
   link.seed = config::planner_seed_of(scenario);
   link.speed_limit_m_s = trial.speed_m_s;
   link.quadrotor = scenario.vehicle.quadrotor;
+  link.actuation = scenario.vehicle.actuation;
   link.camera = scenario.vehicle.camera;
   link.course = scenario.track.course;
   link.connect_timeout = kConnect;

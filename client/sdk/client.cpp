@@ -11,6 +11,7 @@
 
 #include "client/sdk/fallback.h"
 #include "client/sdk/plan_player.h"
+#include "client/sdk/problem_watch.h"
 #include "client/sdk/session_logic.h"
 #include "common/base/mailbox.h"
 #include "common/dds/client_endpoint.h"
@@ -122,8 +123,8 @@ class DdsClient final : public Client, private dds::ClientHandler {
     return send_pixels(stamp, protocol::DepthEncoding::kMetres32, depth_m.size(), depth_m.data());
   }
 
-  std::uint64_t send_depth_mm(Stamp stamp, std::span<const std::uint16_t> depth_mm) override {
-    return send_pixels(stamp, protocol::DepthEncoding::kCounts16, depth_mm.size(), depth_mm.data());
+  std::uint64_t send_depth_counts(Stamp stamp, std::span<const std::uint16_t> counts) override {
+    return send_pixels(stamp, protocol::DepthEncoding::kCounts16, counts.size(), counts.data());
   }
 
   std::uint64_t send_state(Stamp stamp, const QuadrotorState& state, bool thrust_known) override {
@@ -133,7 +134,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
     bool due = false;
     {
       const std::lock_guard lock(mutex_);
-      logic_.on_state_sent(now);
+      if (logic_.on_state_sent(now)) problems_.reset();
       due = logic_.request_due(now);
       if (due) again = request(logic_.request());
       last_state_.session = logic_.session().session;
@@ -175,7 +176,9 @@ class DdsClient final : public Client, private dds::ClientHandler {
         changed_.wait_for(lock, std::min(next_state, deadline) - now);
         continue;
       }
-      const bool new_session = logic_.on_state_sent(now) || logic_.session().session != frame_session_.load();
+      const bool adopted = logic_.on_state_sent(now);
+      if (adopted) problems_.reset();
+      const bool new_session = adopted || logic_.session().session != frame_session_.load();
       const std::uint64_t session = logic_.session().session;
       const bool due = logic_.request_due(now);
       protocol::SessionRequest again;
@@ -207,6 +210,16 @@ class DdsClient final : public Client, private dds::ClientHandler {
     return fallback_.update(now, state);
   }
 
+  protocol::Problems problems() const override {
+    const std::lock_guard lock(mutex_);
+    return problems_.now();
+  }
+
+  std::optional<ProblemChange> problem_change() override {
+    const std::lock_guard lock(mutex_);
+    return problems_.next();
+  }
+
   LinkStatistics statistics() const override {
     const std::lock_guard lock(mutex_);
     LinkStatistics statistics;
@@ -235,6 +248,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
     request.seed = options_.seed;
     request.speed_limit_m_s = options_.speed_limit_m_s;
     request.quadrotor = options_.quadrotor;
+    request.actuation = options_.actuation;
     request.camera = options_.camera;
     request.course = options_.course;
     return request;
@@ -279,7 +293,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
     if (!options_.server.empty() && reply.server != options_.server) return;
     {
       const std::lock_guard lock(mutex_);
-      logic_.on_reply(reply, wall_now());
+      if (logic_.on_reply(reply, wall_now())) problems_.reset();
     }
     changed_.notify_all();
   }
@@ -302,6 +316,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
       heard_lap_ = command.health.lap;
       command_ = command;
       command_valid_ = command_fresh_ = true;
+      problems_.on_command(command.health.problems);
       // Under the lock, so that who sees the answer also plays it: lockstep would not repeat itself otherwise.
       // Of this reader's callbacks only one runs at a time, so the mailbox has one writer.
       play_box_.write(command);
@@ -311,7 +326,9 @@ class DdsClient final : public Client, private dds::ClientHandler {
 
   void on_telemetry(const protocol::Telemetry& telemetry) override {
     const std::lock_guard lock(mutex_);
-    if (telemetry.session == logic_.session().session) telemetry_ = telemetry;
+    if (telemetry.session != logic_.session().session) return;
+    telemetry_ = telemetry;
+    problems_.on_telemetry(telemetry.health.problems);
   }
 
   void on_rejected(dds::Topic topic, const std::string&) override {
@@ -334,6 +351,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   bool command_valid_ = false;
   bool command_fresh_ = false;
   std::optional<protocol::Telemetry> telemetry_;
+  ProblemWatch problems_;
   std::array<Sent, 1024> sent_{};  // when each state went out, by its sequence
   std::uint64_t last_answered_ = 0;
   Stamp newest_round_trip_{0};  // by the wall clock; in lockstep played_after_ is told instead

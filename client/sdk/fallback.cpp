@@ -46,7 +46,7 @@ Eigen::Vector4d Fallback::mix(double collective_n, const Eigen::Vector3d& torque
 }
 
 Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
-  if (!began_) {
+  if (!began_ || now < *began_) {  // a clock that goes back has begun anew
     began_ = now;
     hold_z_m_ = state.p_WB.z();
   }

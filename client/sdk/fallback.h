@@ -35,6 +35,7 @@ class Fallback {
   /// A plan is flown: the next update() begins anew.
   void reset() noexcept { began_.reset(); }
 
+  /// @param now    of a clock that goes back, the hold begins anew
   /// @param state  with thrust_command_n as what the rotors are asked for now
   Setpoint update(Stamp now, const QuadrotorState& state) noexcept;
 

@@ -3,7 +3,12 @@
 namespace gatefield::sdk {
 namespace {
 
-Error refusal_in(const protocol::SessionReply& reply) { return Error(reply.reason, reply.code); }
+Error refusal_in(const protocol::SessionReply& reply) {
+  Error refusal(reply.reason, reply.code, reply.field);
+  refusal.value = reply.value;
+  refusal.expected = reply.expected;
+  return refusal;
+}
 
 }  // namespace
 

@@ -78,7 +78,8 @@ void declare(CLI::App* app, Arguments* a) {
       ->check(CLI::Range(10.0, 1000.0))
       ->capture_default_str()
       ->group("Time");
-  app->add_flag("--depth-metres", a->depth_metres, "Send depth as 32-bit metres (default: 16-bit millimetres)")
+  app->add_flag("--depth-metres", a->depth_metres,
+                "Send depth as 32-bit metres (default: 16-bit counts of the camera's metres_per_count)")
       ->group("Time");
 
   app->add_option("--csv", a->csv, "Write the run here, a line every 10 ms")->group("Output");
@@ -145,7 +146,7 @@ Options race_options(const Arguments& a) {
   options.link_jitter = from_seconds(1e-3 * a.jitter_ms);
   options.link_loss = a.loss;
   options.state_rate_hz = a.state_rate_hz;
-  options.depth_in_millimetres = !a.depth_metres;
+  options.depth_in_counts = !a.depth_metres;
   return options;
 }
 
@@ -160,6 +161,7 @@ Result<sdk::Options> link_options(const Arguments& a, const config::Scenario& sc
   link.seed = config::planner_seed_of(scenario);
   link.speed_limit_m_s = a.speed_m_s;
   link.quadrotor = scenario.vehicle.quadrotor;
+  link.actuation = scenario.vehicle.actuation;
   link.camera = scenario.vehicle.camera;
   link.course = scenario.track.course;
   link.connect_timeout = std::chrono::milliseconds(std::lround(1000 * a.connect_timeout_s));

@@ -26,12 +26,13 @@ const scene::DepthImage& DepthSensor::capture(const Eigen::Isometry3d& X_WB) {
   return noisy_;
 }
 
-const std::vector<std::uint16_t>& DepthSensor::millimetres() {
-  depth_mm_.resize(noisy_.depth_m.size());
-  std::transform(noisy_.depth_m.begin(), noisy_.depth_m.end(), depth_mm_.begin(), [](float depth_m) {
-    return static_cast<std::uint16_t>(std::clamp(std::lround(depth_m * 1000.0f), 0L, 65535L));
+const std::vector<std::uint16_t>& DepthSensor::counts() {
+  counts_.resize(noisy_.depth_m.size());
+  const auto counts_per_metre = static_cast<float>(1.0 / camera_.metres_per_count);
+  std::transform(noisy_.depth_m.begin(), noisy_.depth_m.end(), counts_.begin(), [counts_per_metre](float depth_m) {
+    return static_cast<std::uint16_t>(std::clamp(std::lround(depth_m * counts_per_metre), 0L, 65535L));
   });
-  return depth_mm_;
+  return counts_;
 }
 
 }  // namespace gatefield::simulator

@@ -22,8 +22,9 @@ class DepthSensor {
 
   /// Takes a frame from the given pose of the body; valid until the next call. Same sequence of calls, same images.
   const scene::DepthImage& capture(const Eigen::Isometry3d& X_WB);
-  /// The last frame in millimetres, 0 = no return, as an active stereo camera delivers it.
-  const std::vector<std::uint16_t>& millimetres();
+  /// The last frame in counts of the camera's metres_per_count, 0 = no return, as an active stereo camera delivers it.
+  /// What is farther than 65535 counts becomes 65535.
+  const std::vector<std::uint16_t>& counts();
 
  private:
   std::optional<scene::DepthCamera> renderer_;  // one of the two
@@ -34,7 +35,7 @@ class DepthSensor {
   scene::DepthImage clean_;
   scene::SurfaceImage surface_;
   scene::DepthImage noisy_;
-  std::vector<std::uint16_t> depth_mm_;
+  std::vector<std::uint16_t> counts_;
 };
 
 }  // namespace gatefield::simulator

@@ -54,15 +54,15 @@ class LockstepRace {
     const scene::DepthImage& image = race_.sensor.capture(X_WB);
     race_.snapshots.offer(image, X_WB, race_.vehicle.expected_waypoint(), race_.vehicle.passes(),
                           seconds(race_.vehicle.race_time()));
-    link_.send_frame(now, image, race_.sensor.millimetres());
+    link_.send_frame(now, image, race_.sensor.counts());
   }
 
   /// Sends the frames that are there by now and the state, and waits for the answer.
   void ask(Stamp now, const SimulatedLink::State& state) {
     while (const auto frame = link_.take_frame(now)) {
       ++report_.frames_sent;
-      if (race_.options.depth_in_millimetres) {
-        race_.client.send_depth_mm(frame->stamp, frame->millimetres);
+      if (race_.options.depth_in_counts) {
+        race_.client.send_depth_counts(frame->stamp, frame->counts);
       } else {
         race_.client.send_depth(frame->stamp, frame->metres.depth_m);
       }
@@ -75,6 +75,7 @@ class LockstepRace {
       ++report_.late_ticks;
       if (MonotonicClock().now() - last_answer_ > race_.options.give_up) race_.vehicle.stop(Outcome::kLinkLost);
     }
+    race_.problems.listen(seconds(race_.vehicle.race_time()));
   }
 
   /// True when the answer came; false after the timeout or on interrupt.

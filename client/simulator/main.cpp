@@ -85,8 +85,12 @@ int run(const Arguments& a) {
   if (!client) return complain(client.error(), stop_requested ? kExitWon : kExitNoServer);
 
   ProgressLine line(a.quiet);
-  const auto report =
-      fly(*scenario, options, client.value().get(), stop_requested, [&line](const Progress& p) { line.show(p); });
+  const auto report = fly(
+      *scenario, options, client.value().get(), stop_requested, [&line](const Progress& p) { line.show(p); },
+      [&line](const HeardProblem& heard) {
+        line.clear();
+        log::warn("the server says, " + in_words(heard));
+      });
   client.value().reset();  // leaves the session before anything slow is done
   line.clear();
   if (!report) return complain(report.error(), kExitBadInput);

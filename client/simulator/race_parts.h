@@ -5,6 +5,7 @@
 #include "client/simulator/depth_sensor.h"
 #include "client/simulator/estimator.h"
 #include "client/simulator/judged_vehicle.h"
+#include "client/simulator/problem_list.h"
 #include "client/simulator/simulation.h"
 #include "client/simulator/snapshot_keeper.h"
 
@@ -21,6 +22,7 @@ struct RaceParts {
   DepthSensor& sensor;
   Estimator& estimator;
   SnapshotKeeper& snapshots;
+  ProblemList& problems;
 
   Stamp frame_period() const noexcept { return from_seconds(1.0 / scenario.vehicle.camera.rate_hz); }
 };

@@ -30,12 +30,13 @@ class SimulatedCamera final : public flight::DepthSource {
     if (job == nullptr) return std::nullopt;  // it was taken with the ring before
     const scene::DepthImage& image = race_.sensor.capture(job->X_WB);
     race_.snapshots.offer(image, job->X_WB, job->progress.gate, job->passes, job->progress.race_time_s);
-    if (race_.on_progress && job->stamp >= next_progress_) {
-      race_.on_progress(job->progress);
+    if (job->stamp >= next_progress_) {
+      race_.problems.listen(job->progress.race_time_s);
+      if (race_.on_progress) race_.on_progress(job->progress);
       next_progress_ = job->stamp + kProgressPeriod;
     }
-    if (race_.options.depth_in_millimetres)
-      return flight::DepthFrame{job->stamp, std::span<const std::uint16_t>(race_.sensor.millimetres())};
+    if (race_.options.depth_in_counts)
+      return flight::DepthFrame{job->stamp, std::span<const std::uint16_t>(race_.sensor.counts())};
     return flight::DepthFrame{job->stamp, std::span<const float>(image.depth_m)};
   }
 

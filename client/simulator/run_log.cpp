@@ -22,11 +22,15 @@ double percent_of(std::uint64_t part, std::uint64_t whole) {
 
 }  // namespace
 
+std::string in_words(const HeardProblem& heard) {
+  return fmt::format("at {:.2f} s: {}", heard.race_time_s, protocol::sentence(heard.problem));
+}
+
 std::string summarize(const Report& report) {
   std::string out;
   const bool real_time = report.timing == protocol::Timing::kRealTime;
   add(&out, "Result        {}\n", report.sentence);
-  for (const std::string& problem : report.problems) add(&out, "Problem       {}\n", problem);
+  for (const HeardProblem& problem : report.problems) add(&out, "Problem       {}\n", in_words(problem));
   add(&out, "Seeds         world {}, planner {}\n", report.seed, report.planner_seed);
   add(&out, "Gates         {} of {} passed\n", report.passes.size(), report.gates_total);
   add(&out, "Lap times    ");
@@ -67,7 +71,7 @@ Status write_csv(const std::filesystem::path& file, const Report& report) {
         s.v_WB.x(), s.v_WB.y(), s.v_WB.z());
     add(&out, "{:.6f},{:.6f},{:.6f},{:.6f},{:.5f},{:.5f},{:.5f},", s.q_WB.w(), s.q_WB.x(), s.q_WB.y(), s.q_WB.z(),
         s.w_WB_B.x(), s.w_WB_B.y(), s.w_WB_B.z());
-    for (const Eigen::Vector4d& values : {s.thrust_n, s.thrust_command_n, sample.setpoint.thrust_rate_n_s})
+    for (const PlainVector4& values : {s.thrust_n, s.thrust_command_n, sample.setpoint.thrust_rate_n_s})
       add(&out, "{:.4f},{:.4f},{:.4f},{:.4f},", values[0], values[1], values[2], values[3]);
     const auto& health = sample.health;
     add(&out, "{},{},{},{},{:.4f},{:.4f},{:.6f},{:.1f},{}\n",

@@ -33,6 +33,12 @@ struct Snapshot {
   double t_s = 0.0;
 };
 
+/// Something that the server found wrong with the flight.
+struct HeardProblem {
+  double race_time_s = 0.0;  ///< when the client heard of it first
+  protocol::Problem problem{};
+};
+
 /// Everything a race leaves behind.
 struct Report {
   protocol::Timing timing = protocol::Timing::kLockstep;
@@ -67,12 +73,15 @@ struct Report {
   std::uint64_t loop_misses = 0;  ///< steps begun more than 1 ms late
   double loop_worst_s = 0.0;
 
-  /// What the server told of the flight's health, for people: a sentence each, in the order of telling.
-  std::vector<std::string> problems;
+  /// What the server found wrong with the flight, each problem once, in the order of hearing.
+  std::vector<HeardProblem> problems;
 
   std::vector<Sample> samples;  ///< every 10 ms
   std::optional<Snapshot> snapshot;
 };
+
+/// The problem for people: "at 1.24 s: the velocity sent is not ...".
+std::string in_words(const HeardProblem& heard);
 
 /// The summary for people, several lines, ending with a line break; problems come right after the result.
 std::string summarize(const Report& report);

@@ -31,10 +31,9 @@ void SimulatedLink::send_state(Stamp now) {
   if (!passage.lost) states_.push_back({now + passage.jitter, {now - options_.delay, past_.front()}});
 }
 
-void SimulatedLink::send_frame(Stamp now, const scene::DepthImage& metres,
-                               const std::vector<std::uint16_t>& millimetres) {
+void SimulatedLink::send_frame(Stamp now, const scene::DepthImage& metres, const std::vector<std::uint16_t>& counts) {
   const Passage passage = pass(1);
-  if (!passage.lost) frames_.push_back({now + options_.delay + passage.jitter, {now, metres, millimetres}});
+  if (!passage.lost) frames_.push_back({now + options_.delay + passage.jitter, {now, metres, counts}});
 }
 
 std::optional<SimulatedLink::State> SimulatedLink::take_state(Stamp now) {

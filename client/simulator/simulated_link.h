@@ -34,7 +34,7 @@ class SimulatedLink {
   struct Frame {
     Stamp stamp{0};
     scene::DepthImage metres;
-    std::vector<std::uint16_t> millimetres;
+    std::vector<std::uint16_t> counts;
   };
 
   SimulatedLink(const Options& options, std::uint64_t seed);
@@ -47,7 +47,7 @@ class SimulatedLink {
   /// Sends the state that the planner sees now, which is the delay old.
   void send_state(Stamp now);
   /// Sends a frame captured now.
-  void send_frame(Stamp now, const scene::DepthImage& metres, const std::vector<std::uint16_t>& millimetres);
+  void send_frame(Stamp now, const scene::DepthImage& metres, const std::vector<std::uint16_t>& counts);
 
   /// The newest state that is there by now; it has overtaken the older ones. Empty: none came since.
   std::optional<State> take_state(Stamp now);

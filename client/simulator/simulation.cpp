@@ -4,6 +4,7 @@
 
 #include "client/simulator/lockstep_race.h"
 #include "client/simulator/plant.h"
+#include "client/simulator/problem_list.h"
 #include "client/simulator/real_time_race.h"
 
 namespace gatefield::simulator {
@@ -37,7 +38,8 @@ QuadrotorState start_state(const config::Scenario& scenario) {
 }
 
 Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk::Client* client,
-                   const std::atomic<bool>& stop, const ProgressFunction& on_progress) {
+                   const std::atomic<bool>& stop, const ProgressFunction& on_progress,
+                   const ProblemFunction& on_problem) {
   if (auto status = validate(options); !status) return status.failure();
   const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
   auto plant = Plant::create(world, config::true_quadrotor(scenario.vehicle.quadrotor, scenario.mismatch),
@@ -48,7 +50,8 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   DepthSensor sensor(world, scenario);
   Estimator estimator(scenario.state_noise, scenario.seed);
   SnapshotKeeper snapshots(config::gates_by_waypoint(world, scenario.track.course), scenario.vehicle.camera);
-  const RaceParts race{scenario, options, *client, stop, on_progress, vehicle, sensor, estimator, snapshots};
+  ProblemList problems(client, on_problem);
+  const RaceParts race{scenario, options, *client, stop, on_progress, vehicle, sensor, estimator, snapshots, problems};
   Report report;
   report.timing = options.timing;
   report.control_period_s = seconds(std::max(Plant::kStep, from_seconds(client->session().control_period_s)));
@@ -58,10 +61,12 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   } else {
     run_real_time(race, &report);
   }
+  problems.listen(seconds(vehicle.race_time()));
   report.wall_s = seconds(MonotonicClock().now() - begin);
   vehicle.fill(&report);
   report.link = client->statistics();
   report.snapshot = snapshots.take();
+  report.problems = problems.heard();
   return report;
 }
 

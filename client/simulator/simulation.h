@@ -24,7 +24,7 @@ struct Options {
   double link_loss = 0.0;
   double state_rate_hz =
       200.0;  ///< real time: how often the state is sent, 10 to 1000 Hz (rounded to whole milliseconds)
-  bool depth_in_millimetres = true;  ///< else 32-bit metres
+  bool depth_in_counts = true;  ///< 16 bits, of the camera's metres_per_count; else 32-bit metres
   /// Lockstep: how long (wall clock) to wait for an answer before flying on along the last plan.
   std::chrono::milliseconds answer_timeout{2000};
   /// Wall clock without any plan after which the race is given up.
@@ -42,6 +42,8 @@ struct Progress {
 };
 using ProgressFunction = std::function<void(const Progress&)>;
 
+using ProblemFunction = std::function<void(const HeardProblem&)>;
+
 /// Options that make no sense together, as a sentence.
 Status validate(const Options& options);
 
@@ -57,10 +59,14 @@ Status validate(const Options& options);
 ///
 /// @param stop  becomes true when a person ends the race; it then ends within 0.3 s as kInterrupted.
 /// @param on_progress  may be empty; about ten times a second, never on the plant's thread in real time.
+/// @param on_problem   may be empty; each problem when it is heard of for the first time (in lockstep after the answer
+///                     that tells it, in real time within 0.1 s), on the thread that on_progress is called on, or after
+///                     the race on the calling one.
 /// Errors: a world that the physics refuses. A lost race is not an error.
 /// Thread-safe: yes, for different clients.
 Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk::Client* client,
-                   const std::atomic<bool>& stop, const ProgressFunction& on_progress = {});
+                   const std::atomic<bool>& stop, const ProgressFunction& on_progress = {},
+                   const ProblemFunction& on_problem = {});
 
 /// Where the vehicle of a scenario begins: hovering at the start of its course.
 QuadrotorState start_state(const config::Scenario& scenario);

@@ -6,6 +6,14 @@
 #include <cmath>
 
 namespace gatefield {
+namespace {
+
+bool is_control(char c) noexcept {
+  const auto byte = static_cast<unsigned char>(c);
+  return byte < 0x20 || byte == 0x7f;
+}
+
+}  // namespace
 
 std::string text(double value) { return fmt::format("{:.9g}", value); }
 
@@ -21,11 +29,12 @@ std::string clock_text(double seconds) {
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
-bool printable(std::string_view text) noexcept {
-  return std::none_of(text.begin(), text.end(), [](char c) {
-    const auto byte = static_cast<unsigned char>(c);
-    return byte < 0x20 || byte == 0x7f;
-  });
+std::string shown(std::string_view text, std::size_t longest) {
+  std::string out(text.substr(0, longest));
+  std::replace_if(out.begin(), out.end(), is_control, '?');
+  return out;
 }
+
+bool printable(std::string_view text) noexcept { return std::none_of(text.begin(), text.end(), is_control); }
 
 }  // namespace gatefield

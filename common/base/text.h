@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -31,6 +32,9 @@ std::string clock_text(double seconds);
 /// 16 digits to the base of 16.
 std::string hex(std::uint64_t value);
 
+/// The text without what could do harm where it is shown or doesn't fit: control characters as "?", at most `longest`
+/// bytes of it.
+std::string shown(std::string_view text, std::size_t longest);
 /// False when it holds control characters, which could forge log lines and terminal commands.
 bool printable(std::string_view text) noexcept;
 

@@ -41,6 +41,14 @@ Result<CameraModel> to_camera(const CameraSpec& spec) {
   camera.min_depth_m = spec.min_depth_m();
   camera.max_depth_m = spec.max_depth_m();
   camera.rate_hz = spec.rate_hz();
+  camera.metres_per_count = spec.metres_per_count();
+  const DistortionSpec& lens = spec.distortion();
+  camera.distortion = {lens.k1(), lens.k2(), lens.p1(), lens.p2(), lens.k3()};
+  if (lens.model() == DistortionSpec::BROWN_CONRADY) {
+    camera.distortion_model = CameraModel::Distortion::kBrownConrady;
+  } else if (camera.distortion != CameraModel().distortion) {
+    return Error::invalid("camera.distortion.model", "NONE", "BROWN_CONRADY beside coefficients other than 0");
+  }
 
   const MountSpec& mount = spec.mount();
   const Eigen::Isometry3d X_BC_level = forward_camera_mount(mount.pitch_up_deg() * kDegree);
@@ -70,9 +78,21 @@ Result<QuadrotorModel> to_quadrotor(const QuadrotorSpec& spec, std::vector<std::
   model.rotor_time_constant_s = spec.rotor_time_constant_s();
   model.drag_kg_s = {spec.drag_kg_s().x(), spec.drag_kg_s().y(), spec.drag_kg_s().z()};
   model.collision_radius_m = spec.collision_radius_m();
+  const auto& rates = spec.body_rate_max_rad_s();
+  model.body_rate_max_rad_s = {rates.x(), rates.y(), rates.z()};
   if (auto note = mend_inertia(&model)) notes->push_back("quadrotor." + *note);
   if (auto status = validate(model); !status) return status.failure();
   return model;
+}
+
+Actuation to_actuation(const ActuationSpec& spec) {
+  Actuation actuation;
+  actuation.kind =
+      spec.kind() == ActuationSpec::BODY_RATES ? Actuation::Kind::kBodyRates : Actuation::Kind::kRotorThrusts;
+  actuation.thrust_time_constant_s = spec.thrust_time_constant_s();
+  const auto& lags = spec.rate_time_constant_s();
+  actuation.rate_time_constant_s = Eigen::Vector3d(lags.x(), lags.y(), lags.z());
+  return actuation;
 }
 
 }  // namespace
@@ -88,6 +108,8 @@ Result<Vehicle> load_vehicle(const std::filesystem::path& file) {
   if (!camera) return in_file(file, camera.failure());
   vehicle.quadrotor = *quadrotor;
   vehicle.camera = *camera;
+  vehicle.actuation = to_actuation(spec.actuation());
+  if (auto status = validate(vehicle.actuation); !status) return in_file(file, status.failure());
   for (std::string& note : vehicle.notes) note = file.string() + ": " + note;
   return vehicle;
 }

@@ -6,6 +6,7 @@
 
 #include "common/base/result.h"
 #include "common/geometry/camera.h"
+#include "common/vehicle/actuation.h"
 #include "common/vehicle/quadrotor.h"
 
 namespace gatefield::config {
@@ -13,6 +14,7 @@ namespace gatefield::config {
 struct Vehicle {
   std::string title;
   QuadrotorModel quadrotor;
+  Actuation actuation;
   CameraModel camera;
   std::vector<std::string> notes;  ///< what was taken otherwise than written, for the person whose file it is
 };

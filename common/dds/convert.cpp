@@ -249,8 +249,6 @@ Status from_wire(const wire::SessionReply& in, protocol::SessionReply* out) {
   out->request = in.request();
   out->accepted = in.accepted();
   out->reason = in.reason().c_str();
-  // Version 1 of the wire says it by the sentence's first word.
-  out->code = !out->accepted && out->reason.starts_with("busy:") ? ErrorCode::kBusyServer : ErrorCode::kOther;
   out->server = in.server().c_str();
   out->session = in.session();
   out->control_period_s = in.control_period_s();

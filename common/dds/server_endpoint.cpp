@@ -53,7 +53,7 @@ class Server final : public ServerEndpoint {
     if (auto s = keep(TelemetryWriter::open(participant_.get(), Topic::kTelemetry), &telemetry_); !s) return s;
 
     const auto unreadable = [this](Topic topic) {
-      return [this, topic] { handler_->on_rejected(topic, "", "the sample is no sample of this topic's type"); };
+      return [this, topic] { handler_->on_rejected(topic, "", Error("the sample is no sample of this topic's type")); };
     };
     StateReader::Callbacks on_state{[this](wire::VehicleState* sample, const Origin&) { this->on_state(*sample); },
                                     nullptr, unreadable(Topic::kVehicleState)};
@@ -214,7 +214,7 @@ class Server final : public ServerEndpoint {
     // Two networks that were apart have met: nobody can tell who was first, so people have to.
     if (clash)
       handler_->on_rejected(Topic::kSessionReply, "",
-                            "another server named \"" + name_ + "\" appeared in this domain; stop one of them");
+                            Error("another server named \"" + name_ + "\" appeared in this domain; stop one of them"));
   }
 
   void forget_peer(const ParticipantId& peer) {
@@ -251,7 +251,7 @@ class Server final : public ServerEndpoint {
   void on_request(const wire::SessionRequest& sample, const Origin& origin) {
     const Status verdict = from_wire(sample, &request_);
     if (const auto name = protocol::validate_name("vehicle", request_.vehicle); !name) {
-      handler_->on_rejected(Topic::kSessionRequest, "", name.error());
+      handler_->on_rejected(Topic::kSessionRequest, "", name.failure());
       return;
     }
     if (verdict.ok()) remember(origin);
@@ -291,7 +291,7 @@ class Server final : public ServerEndpoint {
 
   void reject(Topic topic, const std::string& vehicle, const Status& verdict) {
     const bool named = protocol::validate_name("vehicle", vehicle).ok();
-    handler_->on_rejected(topic, named ? vehicle : std::string(), verdict.error());
+    handler_->on_rejected(topic, named ? vehicle : std::string(), verdict.failure());
   }
 
   const std::string name_;

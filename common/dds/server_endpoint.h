@@ -36,7 +36,7 @@ class ServerHandler {
 
   /// A sample was dropped; `vehicle` is empty when the name itself was bad. Called once per dropped sample: rate-limit
   /// logs.
-  virtual void on_rejected(Topic topic, const std::string& vehicle, const std::string& reason) = 0;
+  virtual void on_rejected(Topic topic, const std::string& vehicle, const Error& why) = 0;
 };
 
 /// The planning server's end of the wire: one participant, readers for what clients say, writers for what they are

@@ -33,12 +33,12 @@ class DdsTransport final : public service::Transport, public dds::ServerHandler 
   void on_vehicle_gone(const std::string& vehicle, std::uint64_t request) override {
     service_->on_gone(vehicle, request);
   }
-  void on_rejected(dds::Topic topic, const std::string& vehicle, const std::string& reason) override {
+  void on_rejected(dds::Topic topic, const std::string& vehicle, const Error& why) override {
     using Kind = service::Service::Kind;
     const Kind kind = topic == dds::Topic::kVehicleState ? Kind::kState
                       : topic == dds::Topic::kDepthFrame ? Kind::kDepth
                                                          : Kind::kOther;
-    service_->on_rejected(kind, vehicle, Error(reason));
+    service_->on_rejected(kind, vehicle, why);
   }
 
  private:

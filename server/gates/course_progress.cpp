@@ -12,6 +12,8 @@ constexpr double kSeenTolerance_m = 0.25;
 constexpr double kUnseenTolerance_m = 1.5;
 /// After a resumption: a vehicle this near to the way out of the gate has passed it while nobody planned.
 constexpr double kOnTheWayOut_m = 3.0;
+/// So far in front of a gate that it has just come through, a vehicle may pass it again.
+constexpr double kInFront_m = 0.2;
 
 double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const Eigen::Vector3d way = to - from;
@@ -52,11 +54,19 @@ void CourseProgress::advance() noexcept {
   } else {
     at_.done = true;
   }
+  if (again()) at_.has_previous = false;
+}
+
+bool CourseProgress::again() const noexcept {
+  if (at_.target == 0 && at_.lap == 0) return false;
+  const Passages& passages = route_->passages;
+  const std::uint32_t before = at_.target > 0 ? at_.target - 1 : passages.waypoints() - 1;
+  return passages.gate(before) == passages.gate(at_.target);
 }
 
 bool CourseProgress::passed_while_away(const Eigen::Vector3d& p_WB) const noexcept {
   const GateBelief& gate = nominal(at_.target);
-  if ((p_WB - gate.center_W).dot(gate.axis_W) < 0.0) return false;
+  if (again() || (p_WB - gate.center_W).dot(gate.axis_W) < 0.0) return false;
   // Ways in and out are the legs between nominal waypoints; at the ends of an open course they go on along the axis.
   constexpr double kEnd_m = 5.0;
   const Eigen::Vector3d before =
@@ -90,10 +100,13 @@ bool CourseProgress::update(const Eigen::Vector3d& p_WB, const GateBelief& targe
       return true;
     }
   }
-  if (!had_previous) return false;
+  const double after_m = (p_WB - target.center_W).dot(target.axis_W);
+  if (!had_previous) {
+    at_.has_previous = !again() || after_m <= -kInFront_m;
+    return false;
+  }
 
   const double before_m = (from - target.center_W).dot(target.axis_W);
-  const double after_m = (p_WB - target.center_W).dot(target.axis_W);
   if (!(before_m < 0.0 && after_m >= 0.0)) return false;
   const Eigen::Vector3d crossing = from + (p_WB - from) * (before_m / (before_m - after_m));
   const Eigen::Vector3d off = crossing - target.center_W;

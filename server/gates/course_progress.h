@@ -11,7 +11,8 @@ namespace gatefield::gates {
 
 /// Where in the course a vehicle is, as far as the planner can know: it counts a gate as passed when the vehicle
 /// crosses the believed plane inside the believed opening in the passing direction. The referee's word is another
-/// matter.
+/// matter. Where the same gate comes twice in a row, the second passage counts only once the vehicle was 0.2 m in front
+/// of it again: it may have come to hardly beyond the plane, and the belief of where that is moves.
 /// Thread-safe: no.   Real-time safe: all but the constructor; a copy shares the course.
 class CourseProgress {
  public:
@@ -22,7 +23,7 @@ class CourseProgress {
 
   /// Goes on from a gate and lap that an earlier server had reached. A vehicle that the next update() finds beyond the
   /// nominal plane and nearer to the way out than to the way in has coasted through the gate in between, and that gate
-  /// counts as passed.
+  /// counts as passed (but for a gate that was also the one before: it is then behind the vehicle anyhow).
   void resume(std::uint32_t waypoint, std::uint32_t lap) noexcept;
 
   /// Advances with the vehicle's new position. @return true when the target changed.
@@ -43,8 +44,8 @@ class CourseProgress {
     std::uint32_t target = 0;
     std::uint32_t lap = 0;
     bool done = false;
-    bool has_previous = false;
-    bool resumed = false;  ///< by resume(), and not moved since
+    bool has_previous = false;  ///< no crossing counts without
+    bool resumed = false;       ///< by resume(), and not moved since
     Eigen::Vector3d previous_p_WB = Eigen::Vector3d::Zero();
   };
   const State& state() const noexcept { return at_; }
@@ -59,6 +60,8 @@ class CourseProgress {
   bool has(std::uint32_t waypoint, std::uint32_t lap) const noexcept;
   void advance() noexcept;
   bool passed_while_away(const Eigen::Vector3d& p_WB) const noexcept;
+  /// Whether the target is the gate that was passed last.
+  bool again() const noexcept;
   bool has_neighbour(int offset) const noexcept;         ///< of the target along a lap, offset +-1
   Eigen::Vector3d neighbour(int offset) const noexcept;  ///< its nominal centre. @pre has_neighbour(offset)
 

@@ -1,12 +1,15 @@
 #include "server/pilot/account.h"
 
-#include <algorithm>
 #include <utility>
+
+#include "common/base/text.h"
 
 namespace gatefield::pilot {
 
 void Account::note(Note note) {
-  note.sentence.resize(std::min(note.sentence.size(), protocol::kMaxReasonLength));
+  note.sentence = shown(note.sentence, protocol::kMaxReasonLength);
+  for (std::string* const part : {&note.field, &note.value, &note.expected})
+    *part = shown(*part, protocol::kMaxFieldLength);
   const std::lock_guard lock(mutex_);
   last_note_ = std::move(note);
   ++unlogged_;
@@ -27,7 +30,12 @@ void Account::fill(protocol::Telemetry* telemetry) {
   telemetry->deadlines_missed = deadlines_missed.load(std::memory_order_relaxed);
   telemetry->encode_time_s = 1e-9 * static_cast<double>(encode_time_ns.load(std::memory_order_relaxed));
   const std::lock_guard lock(mutex_);
-  telemetry->last_reason = last_note_ ? last_note_->sentence : std::string();
+  const Note note = last_note_.value_or(Note{});
+  telemetry->last_code = note.code;
+  telemetry->last_field = note.field;
+  telemetry->last_value = note.value;
+  telemetry->last_expected = note.expected;
+  telemetry->last_reason = note.sentence;
 }
 
 std::optional<Note> Account::last_note() {

@@ -26,7 +26,7 @@ class Account {
   Counter commands_sent{0}, commands_lost{0}, deadlines_missed{0};
   std::atomic<std::int64_t> encode_time_ns{0};  ///< of the newest frame
 
-  /// Why a sample was not used.
+  /// Why a sample was not used. Texts are cut to what telemetry carries, without control characters.
   void note(Note note);
   /// A plan was not sent.
   void withhold(Withheld why) noexcept;

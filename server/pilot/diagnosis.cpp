@@ -8,15 +8,17 @@ using protocol::bit;
 using protocol::Problem;
 using protocol::Problems;
 
+void Diagnosis::begin_line() noexcept {
+  until_.fill(Stamp{0});
+  last_ = Stamp{-1};
+  expected_for_ = Stamp{0};
+  starving_since_ = Stamp{-1};
+}
+
 Problems Diagnosis::step(const StepFindings& findings) noexcept {
   const Stamp now = findings.stamp;
-  if (now < last_) {  // another time line
-    until_.fill(Stamp{0});
-    last_ = Stamp{-1};
-    expected_for_ = Stamp{0};
-    starving_since_ = Stamp{-1};
-  }
-  const Stamp passed = last_ < Stamp{0} ? Stamp{0} : now - last_;
+  if (now < last_) begin_line();
+  const Stamp passed = last_ < Stamp{0} ? Stamp{0} : std::min(now - last_, kLongestStep);
   last_ = now;
 
   Problems found = findings.withheld | findings.contradictions | findings.sensing;

@@ -37,10 +37,13 @@ class Diagnosis {
   static constexpr Stamp kSeeing = std::chrono::seconds(1);
   static constexpr Stamp kStarving = std::chrono::seconds(1);
   static constexpr Stamp kStays = std::chrono::seconds(1);
+  static constexpr Stamp kLongestStep = std::chrono::milliseconds(100);  ///< of a wait: what an outage adds at most
   static constexpr double kFewSamples = 1.5;
 
   /// @return what is wrong now, for PlannerHealth::problems. Stamps that go back begin the waits anew.
   protocol::Problems step(const StepFindings& findings) noexcept;
+  /// The stamps to come have nothing to do with those that came: begins anew but for what was counted.
+  void begin_line() noexcept;
 
  private:
   std::array<Stamp, protocol::kProblems> until_{};

@@ -16,6 +16,7 @@ struct StateArrived {
   protocol::VehicleState state;
 };
 struct FrameArrived {
+  Stamp at{0};  ///< server's clock
   protocol::DepthFrame frame;
 };
 /// The perception side looked at the newest frame, if there was one.

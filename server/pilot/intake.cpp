@@ -1,6 +1,5 @@
 #include "server/pilot/intake.h"
 
-#include <algorithm>
 #include <string>
 
 #include "common/protocol/validate.h"
@@ -13,17 +12,36 @@ Status check_session(std::uint64_t session, std::uint64_t expected) {
   return Error::invalid("session", std::to_string(session), std::to_string(expected), ErrorCode::kWrongSession);
 }
 
-/// @param what  "states" or "frames"
-Status check_rising(std::uint64_t sequence, Stamp stamp, const Intake::Newest& newest, const char* what) {
-  if (sequence <= newest.sequence)
-    return Error::invalid("sequence", std::to_string(sequence),
-                          "more than " + std::to_string(newest.sequence) + " (" + what + " must rise)",
+/// Why a sample is not taken that does not go on along its line.
+/// @param what   "states" or "frames"
+/// @param order  of the samples before it
+Error off_the_line(std::uint64_t sequence, Stamp stamp, const TimeLine& order, TimeLine::Verdict verdict,
+                   const char* what) {
+  const std::string newest = std::to_string(order.last_sequence());
+  const std::string number = std::to_string(sequence);
+  if (verdict != TimeLine::Verdict::kOff)
+    return Error::invalid("sequence", number, "more than " + newest + " (" + what + " must rise)",
                           ErrorCode::kNotRising);
-  if (newest.sequence != 0 && stamp <= newest.stamp)
-    return Error::invalid("stamp", std::to_string(stamp.count()) + " ns",
-                          "later than " + std::to_string(newest.stamp.count()) + " ns (time went backwards)",
-                          ErrorCode::kNotRising);
-  return {};
+  const bool stamp_jumped =
+      !order.begun() || (sequence > order.last_sequence() && sequence - order.last_sequence() <= TimeLine::kMaxSkip);
+  const std::string to = stamp_jumped ? std::to_string(stamp.count()) + " ns" : number;
+  std::string from, expected;
+  if (!order.begun()) {
+    expected = "at most " + std::to_string(TimeLine::kMaxStamp.count()) + " ns";
+  } else if (stamp_jumped) {
+    from = " from " + std::to_string(order.last_stamp().count()) + " ns";
+    expected = "a time that rises with the clock from " + std::to_string(order.last_stamp().count()) + " ns on";
+  } else {
+    from = " from " + newest;
+    expected = "the next number after " + newest + ", or soon after it";
+  }
+  const std::string field = stamp_jumped ? "stamp" : "sequence";
+  Error error(field + " jumped" + from + " to " + to + ": " + what + " are dropped until " +
+                  std::to_string(TimeLine::kAgree) + " in a row agree",
+              ErrorCode::kNotRising, field);
+  error.value = to;
+  error.expected = expected;
+  return error;
 }
 
 }  // namespace
@@ -33,32 +51,41 @@ Intake::Intake(const protocol::SessionRequest* request, std::uint64_t session, M
 
 Status Intake::check(const protocol::VehicleState& state) const {
   if (auto s = protocol::validate(state); !s) return s;
-  if (auto s = check_session(state.session, session_); !s) return s;
-  return check_rising(state.sequence, state.stamp, newest_state_, "states");
+  return check_session(state.session, session_);
 }
 
 Intake::Outcome Intake::take_state(const protocol::VehicleState& state, Stamp now) {
   const std::lock_guard lock(states_mutex_);
   Account::count(shared_->account.states_received);
-  if (lockstep() && state.session == session_ && state.sequence == newest_state_.sequence && state.sequence != 0 &&
-      state.stamp == newest_state_.stamp) {
+  const auto reject = [&](const Error& why) {
+    Account::count(shared_->account.states_rejected);
+    shared_->account.note(note_of("state", why));
+    return Outcome::kRejected;
+  };
+  if (const Status status = check(state); !status) {
+    if (state.session == session_) shared_->newest_state_rejected.store(true, std::memory_order_relaxed);
+    return reject(status.failure());
+  }
+  Line& line = lines_.states;
+  const TimeLine before = line.order;
+  const TimeLine::Verdict verdict = line.order.judge(state.sequence, state.stamp, now, lockstep());
+  if (verdict == TimeLine::Verdict::kRepeated && lockstep()) {
     shared_->last_heard.store(now.count(), std::memory_order_relaxed);
     shared_->repeat_wanted.store(true, std::memory_order_release);
     return Outcome::kRepeated;
   }
-  if (const Status status = check(state); !status) {
-    Account::count(shared_->account.states_rejected);
-    if (state.session == session_) shared_->newest_state_rejected.store(true, std::memory_order_relaxed);
-    shared_->account.note(note_of("state", status.failure()));
-    return Outcome::kRejected;
-  }
-  if (newest_state_.sequence == 0) {
+  const bool off = verdict == TimeLine::Verdict::kOff;
+  if (off || verdict == TimeLine::Verdict::kNewLine) shared_->stamps_jumped.store(true, std::memory_order_relaxed);
+  if (off) shared_->newest_state_rejected.store(true, std::memory_order_relaxed);
+  if (!TimeLine::taken(verdict)) return reject(off_the_line(state.sequence, state.stamp, before, verdict, "states"));
+  if (verdict == TimeLine::Verdict::kNewLine) shared_->history.begin_line(++line.number);
+
+  if (!before.begun()) {
     // A vehicle in mid-race that lost its server says where it was; perception has to know before the first plan does.
     gates::CourseProgress from(request_->course);
     from.resume(state.heard_waypoint, state.heard_lap);
     shared_->aim(from);
   }
-  newest_state_ = {state.sequence, state.stamp};
   shared_->last_heard.store(now.count(), std::memory_order_relaxed);
   shared_->newest_state_rejected.store(false, std::memory_order_relaxed);
   shared_->history.add(state.stamp, state.state);
@@ -66,6 +93,7 @@ Intake::Outcome Intake::take_state(const protocol::VehicleState& state, Stamp no
   StateSample& sample = shared_->states.slot();
   sample.sequence = state.sequence;
   sample.stamp = state.stamp;
+  sample.line = line.number;
   sample.received = now;
   sample.state = state.state;
   sample.state.q_WB.normalize();
@@ -75,37 +103,46 @@ Intake::Outcome Intake::take_state(const protocol::VehicleState& state, Stamp no
   sample.heard_waypoint = state.heard_waypoint;
   sample.heard_lap = state.heard_lap;
   shared_->states.publish();
-  shared_->frame_named.store(std::max(state.depth_sequence, shared_->frame_named.load(std::memory_order_relaxed)),
-                             std::memory_order_release);
+  if (state.depth_sequence != 0) shared_->frame_named.store(state.depth_sequence, std::memory_order_release);
   return Outcome::kTaken;
 }
 
 Status Intake::check(const protocol::DepthFrame& frame) const {
   if (auto s = check_session(frame.session, session_); !s) return s;
-  if (auto s = protocol::validate(frame, request_->camera); !s) return s;
-  return check_rising(frame.sequence, frame.stamp, newest_frame_, "frames");
+  return protocol::validate(frame, request_->camera);
 }
 
-Intake::Outcome Intake::take_depth(protocol::DepthFrame& frame) {
+Intake::Outcome Intake::take_depth(protocol::DepthFrame& frame, Stamp now) {
   const std::lock_guard lock(frames_mutex_);
   Account::count(shared_->account.frames_received);
-  if (frame.session == session_ && frame.sequence == newest_frame_.sequence && frame.sequence != 0 &&
-      frame.stamp == newest_frame_.stamp)
-    return Outcome::kRepeated;
-  if (const Status status = check(frame); !status) {
+  Line& line = lines_.frames;
+  const auto reject = [&](const Error& why, bool late) {
     Account::count(shared_->account.frames_rejected);
-    if (frame.session == session_ && frame.sequence > newest_frame_.sequence)
+    shared_->account.note(note_of("depth", why));
+    if (frame.session != session_ || late) return Outcome::kRejected;
+    shared_->newest_frame_rejected.store(true, std::memory_order_relaxed);
+    if (!line.order.begun() || frame.sequence > line.order.last_sequence())
       shared_->frame_refused.store(frame.sequence, std::memory_order_release);
-    shared_->account.note(note_of("depth", status.failure()));
     return Outcome::kRejected;
-  }
-  newest_frame_ = {frame.sequence, frame.stamp};
+  };
+  if (const Status status = check(frame); !status) return reject(status.failure(), false);
+  const TimeLine before = line.order;
+  const TimeLine::Verdict verdict = line.order.judge(frame.sequence, frame.stamp, now, lockstep());
+  if (verdict == TimeLine::Verdict::kRepeated) return Outcome::kRepeated;
+  const bool off = verdict == TimeLine::Verdict::kOff;
+  if (off || verdict == TimeLine::Verdict::kNewLine) shared_->stamps_jumped.store(true, std::memory_order_relaxed);
+  if (!TimeLine::taken(verdict))
+    return reject(off_the_line(frame.sequence, frame.stamp, before, verdict, "frames"), !off);
+  if (verdict == TimeLine::Verdict::kNewLine) ++line.number;
+  shared_->newest_frame_rejected.store(false, std::memory_order_relaxed);
   DepthSample& sample = shared_->frames.slot();
   sample.sequence = frame.sequence;
   sample.stamp = frame.stamp;
+  sample.line = line.number;
   sample.encoding = frame.encoding;
   sample.pixels.swap(frame.pixels);
   shared_->frames.publish();
+  shared_->frames_line.store(line.number, std::memory_order_release);
   shared_->frame_arrived.store(frame.sequence, std::memory_order_release);
   return Outcome::kTaken;
 }
@@ -120,6 +157,7 @@ void Intake::note_rejected_state(const Error& why) {
 void Intake::note_rejected_frame(const Error& why) {
   Account::count(shared_->account.frames_received);
   Account::count(shared_->account.frames_rejected);
+  shared_->newest_frame_rejected.store(true, std::memory_order_relaxed);
   shared_->account.note(note_of("depth", why));
 }
 

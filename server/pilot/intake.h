@@ -8,10 +8,14 @@
 #include "common/base/result.h"
 #include "common/protocol/messages.h"
 #include "server/pilot/mailboxes.h"
+#include "server/pilot/time_line.h"
 
 namespace gatefield::pilot {
 
 /// The receiving side of a pilot: states and depth frames are checked here, and put where the other sides find them.
+/// States and frames each keep to a TimeLine: one sample whose sequence or stamp lies off the line is left out, and
+/// when TimeLine::kAgree in a row go on from each other elsewhere, the line is taken up there under the next number. A
+/// new line of states empties the history; the other sides see its number in the samples.
 /// Thread-safe: yes; by mutexes of its own, held for the length of a copy or less and by receiving threads only.
 /// Real-time safe: no.
 class Intake {
@@ -28,7 +32,7 @@ class Intake {
   /// @param now  server's clock
   Outcome take_state(const protocol::VehicleState& state, Stamp now);
   /// Takes the pixels by swapping buffers when the frame is good. A frame that comes again is left alone.
-  Outcome take_depth(protocol::DepthFrame& frame);
+  Outcome take_depth(protocol::DepthFrame& frame, Stamp now);
   /// A sample of this vehicle was refused before it got here.
   void note_rejected_state(const Error& why);
   void note_rejected_frame(const Error& why);
@@ -36,21 +40,18 @@ class Intake {
   /// When (server's clock) the newest good state came; when the session began, if none has.
   Stamp last_heard() const noexcept { return Stamp{shared_->last_heard.load(std::memory_order_relaxed)}; }
 
-  /// The newest sample of a kind that was taken.
-  struct Newest {
-    std::uint64_t sequence = 0;  ///< 0: none
-    Stamp stamp{0};
+  /// The order of one kind of samples.
+  struct Line {
+    TimeLine order;
+    std::uint32_t number = 0;  ///< of the time line: how many new ones began
   };
   /// All there is beside the mailboxes: to be written down, and set to what was.
   struct State {
-    Newest state;
-    Newest frame;
+    Line states;
+    Line frames;
   };
-  State state() const noexcept { return {newest_state_, newest_frame_}; }
-  void restore(const State& state) noexcept {
-    newest_state_ = state.state;
-    newest_frame_ = state.frame;
-  }
+  const State& state() const noexcept { return lines_; }
+  void restore(const State& state) noexcept { lines_ = state; }
 
  private:
   Status check(const protocol::VehicleState& state) const;
@@ -60,10 +61,8 @@ class Intake {
   const protocol::SessionRequest* request_;
   const std::uint64_t session_;
   Mailboxes* shared_;
-  std::mutex states_mutex_;
-  Newest newest_state_;
-  std::mutex frames_mutex_;
-  Newest newest_frame_;
+  std::mutex states_mutex_, frames_mutex_;
+  State lines_;  // each line under its mutex
 };
 
 }  // namespace gatefield::pilot

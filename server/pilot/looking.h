@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -35,16 +36,25 @@ class Looking {
   perception::Sight& sight() noexcept { return sight_; }
   /// Capture of the newest frame that was looked at; negative: none was.
   Stamp newest_capture() const noexcept { return newest_capture_; }
-  void restore(Stamp newest_capture) noexcept { newest_capture_ = newest_capture; }
+  /// Number of the states' time line that the remembered gates' stamps are of.
+  std::uint32_t line() const noexcept { return line_; }
+  void restore(Stamp newest_capture, std::uint32_t line, std::uint32_t frames_line) noexcept {
+    newest_capture_ = newest_capture;
+    line_ = line;
+    frames_line_.store(frames_line, std::memory_order_relaxed);
+  }
 
  private:
   void look_at(const DepthSample& frame, const Targets& targets);
+  void begin_line(Stamp capture);
   bool lockstep() const noexcept { return request_->timing == protocol::Timing::kLockstep; }
 
   const protocol::SessionRequest* request_;
   Mailboxes* shared_;
   perception::Sight sight_;
   Stamp newest_capture_{-1};
+  std::uint32_t line_ = 0;
+  std::atomic<std::uint32_t> frames_line_{0};  // of the newest frame that was looked at
 };
 
 }  // namespace gatefield::pilot

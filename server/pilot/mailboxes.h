@@ -31,14 +31,18 @@ struct Mailboxes {
   StateHistory history;                      ///< Intake writes, Looking reads
 
   std::atomic<bool> newest_state_rejected{false};
-  std::atomic<bool> repeat_wanted{false};          ///< lockstep: a state came again
-  std::atomic<std::uint64_t> frame_named{0};       ///< newest depth_sequence that a state named
-  std::atomic<std::uint64_t> frame_arrived{0};     ///< newest in the mailbox
-  std::atomic<std::uint64_t> frame_refused{0};     ///< newest refused on arrival: nobody needs to wait for it
-  std::atomic<std::uint64_t> frame_processed{0};   ///< newest whose result is in `beliefs`
-  std::atomic<std::int64_t> good_frame_stamp{-1};  ///< capture of the newest frame with something in it
-  std::atomic<std::int64_t> last_heard{0};         ///< server's clock: the newest good state
-  std::atomic<std::uint64_t> sensing_problems{0};  // what looking found wrong, as Problems; read by stepping
+  std::atomic<bool> newest_frame_rejected{false};
+  std::atomic<bool> stamps_jumped{false};  ///< since the last step: a sample lay off the line of the others
+  std::atomic<protocol::Problems> sensing_problems{0};  ///< what Looking finds wrong, as it stands; Stepping tells it
+  std::atomic<bool> repeat_wanted{false};               ///< lockstep: a state came again
+  std::atomic<std::uint64_t> frame_named{0};            ///< newest depth_sequence that a state named
+  std::atomic<std::uint64_t> frame_arrived{0};          ///< newest in the mailbox
+  std::atomic<std::uint32_t> frames_line{0};            ///< its time line's number
+  std::atomic<std::uint64_t> frame_refused{0};          ///< newest refused on arrival: nobody needs to wait for it
+  std::atomic<std::uint64_t> frame_processed{0};        ///< newest whose result is in `beliefs`
+  std::atomic<std::int64_t> good_frame_stamp{-1};       ///< capture of the newest frame with something in it
+  std::atomic<std::uint32_t> good_frame_line{0};        ///< the states' time line that it is of (written after it)
+  std::atomic<std::int64_t> last_heard{0};              ///< server's clock: the newest good state
 
   Account account;  ///< all sides
 

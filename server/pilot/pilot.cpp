@@ -24,7 +24,7 @@ Stepping::Answer Pilot::feed(const Event& event) {
     }
     Stepping::Answer operator()(const FrameArrived& e) const {
       protocol::DepthFrame frame = e.frame;
-      pilot.intake_.take_depth(frame);
+      pilot.intake_.take_depth(frame, e.at);
       return {};
     }
     Stepping::Answer operator()(const Looked& e) const {
@@ -44,12 +44,16 @@ Stepping::Answer Pilot::feed(const Event& event) {
   return std::visit(Feed{*this}, event);
 }
 
+const protocol::PlannerHealth& Pilot::health() {
+  if (const protocol::PlannerHealth* const newest = shared_.healths.read()) last_health_ = *newest;
+  return last_health_;
+}
+
 void Pilot::fill(Stamp now, protocol::Telemetry* telemetry) {
-  if (const protocol::PlannerHealth* const health = shared_.healths.read()) last_health_ = *health;
   telemetry->vehicle = request_.vehicle;
   telemetry->session = session_;
   telemetry->server_stamp = now;
-  telemetry->health = last_health_;
+  telemetry->health = health();
   telemetry->isa = isa_.substr(0, 15);
   shared_.account.fill(telemetry);
 }

@@ -12,7 +12,7 @@ namespace gatefield::pilot {
 namespace {
 
 /// Raised whenever a field's meaning changes: a state of another format is refused.
-constexpr std::uint32_t kStateFormat = 1;
+constexpr std::uint32_t kStateFormat = 2;
 /// States kept for frames still to come: a quarter of a second at 500 Hz. Older ones than these a frame is refused for.
 constexpr std::size_t kMaxHistory = 128;
 constexpr std::size_t kCommandNumbers = 12;  // of a step
@@ -42,14 +42,25 @@ void put(const QuadrotorState& state, proto::Vehicle* out) {
   put(state.thrust_command_n, out->mutable_thrust_command_n());
 }
 
-void put(const Intake::Newest& newest, proto::Newest* out) {
-  out->set_sequence(newest.sequence);
-  out->set_stamp(newest.stamp.count());
+void put(const TimeLine::Point& point, proto::Point* out) {
+  out->set_sequence(point.sequence);
+  out->set_stamp(point.stamp.count());
+  out->set_received(point.received.count());
+}
+
+void put(const Intake::Line& line, proto::TimeLine* out) {
+  const TimeLine::State& order = line.order.state();
+  out->set_begun(order.begun);
+  put(order.newest, out->mutable_newest());
+  put(order.elsewhere, out->mutable_elsewhere());
+  out->set_agreeing(order.agreeing);
+  out->set_number(line.number);
 }
 
 void put(const StateSample& sample, proto::Sample* out) {
   out->set_sequence(sample.sequence);
   out->set_stamp(sample.stamp.count());
+  out->set_line(sample.line);
   out->set_received(sample.received.count());
   put(sample.state, out->mutable_state());
   out->set_thrust_known(sample.thrust_known);
@@ -123,10 +134,12 @@ void put(const protocol::ThrustRateCommand& command, proto::Command* out) {
   out->set_lap(health.lap);
   out->set_course_done(health.course_done);
   out->set_degraded(health.degraded);
+  out->set_problems(health.problems);
 }
 
 void put(const Stepping::State& state, proto::Stepping* out) {
   put(state.newest, out->mutable_newest());
+  out->set_line(state.line);
   out->set_have_state(state.have_state);
   out->set_state_is_new(state.state_is_new);
   out->set_have_rotors(state.have_rotors);
@@ -205,9 +218,22 @@ class Reader {
     get(from.thrust_n(), &to->thrust_n, field);
     get(from.thrust_command_n(), &to->thrust_command_n, field);
   }
+  static TimeLine::Point point(const proto::Point& from, std::chrono::nanoseconds clock_ahead) {
+    return {from.sequence(), Stamp{from.stamp()}, Stamp{from.received()} + clock_ahead};
+  }
+  void get(const proto::TimeLine& from, std::chrono::nanoseconds clock_ahead, Intake::Line* to) {
+    TimeLine::State order;
+    order.begun = from.begun();
+    order.newest = point(from.newest(), clock_ahead);
+    order.elsewhere = point(from.elsewhere(), clock_ahead);
+    order.agreeing = from.agreeing();
+    to->order.restore(order);
+    to->number = from.number();
+  }
   void get(const proto::Sample& from, std::chrono::nanoseconds clock_ahead, StateSample* to) {
     to->sequence = from.sequence();
     to->stamp = Stamp{from.stamp()};
+    to->line = from.line();
     to->received = Stamp{from.received()} + clock_ahead;
     get(from.state(), &to->state, "stepping.newest.state");
     to->thrust_known = from.thrust_known();
@@ -288,10 +314,12 @@ class Reader {
     to->health.lap = from.lap();
     to->health.course_done = from.course_done();
     to->health.degraded = from.degraded();
+    to->health.problems = from.problems();
   }
   /// @param to  of a new pilot
   void get(const proto::Stepping& from, std::chrono::nanoseconds clock_ahead, Stepping::State* to) {
     get(from.newest(), clock_ahead, &to->newest);
+    to->line = from.line();
     to->have_state = from.have_state();
     to->state_is_new = from.state_is_new();
     to->have_rotors = from.have_rotors();
@@ -380,8 +408,16 @@ std::string Pilot::save() {
   const std::uint64_t processed = shared_.frame_processed.load();
   const Stamp captured = std::max(looking_.newest_capture(), Stamp{0});
   proto::Intake* const intake = out.mutable_intake();
-  put(intake_.state().state, intake->mutable_state());
-  put(Intake::Newest{processed, captured}, intake->mutable_frame());
+  put(intake_.state().states, intake->mutable_states());
+  Intake::Line frames = intake_.state().frames;
+  TimeLine::State order = frames.order.state();
+  if (order.newest.sequence != processed) {  // one waits
+    order.begun = processed != 0;
+    order.newest.sequence = processed;
+    order.newest.stamp = captured;
+  }
+  frames.order.restore(order);
+  put(frames, intake->mutable_frames());
   intake->set_last_heard(shared_.last_heard.load());
   intake->set_newest_state_rejected(shared_.newest_state_rejected.load());
   intake->set_repeat_wanted(shared_.repeat_wanted.load());
@@ -398,8 +434,10 @@ std::string Pilot::save() {
 
   proto::Looking* const looking = out.mutable_looking();
   looking->set_good_frame_stamp(shared_.good_frame_stamp.load());
+  looking->set_good_frame_line(shared_.good_frame_line.load());
   looking->set_target(shared_.targets().target);
   looking->set_next(shared_.targets().next);
+  looking->set_line(looking_.line());
   perception::Sight& sight = looking_.sight();
   for (const auto& record : sight.records().records()) put(record, sight.sensor(), looking->add_gates());
 
@@ -480,20 +518,26 @@ Status Pilot::restore(std::string_view bytes, std::chrono::nanoseconds clock_ahe
     return Error::invalid("stepping.detour_side", std::to_string(warm.detour_side), "1 or -1");
 
   const proto::Intake& intake = in.intake();
-  const auto newest = [](const proto::Newest& n) { return Intake::Newest{n.sequence(), Stamp{n.stamp()}}; };
-  intake_.restore({newest(intake.state()), newest(intake.frame())});
+  Intake::State lines;
+  reader.get(intake.states(), clock_ahead, &lines.states);
+  reader.get(intake.frames(), clock_ahead, &lines.frames);
+  intake_.restore(lines);
+  const std::uint64_t processed = intake.frames().newest().sequence();
   shared_.last_heard.store((Stamp{intake.last_heard()} + clock_ahead).count());
   shared_.newest_state_rejected.store(intake.newest_state_rejected());
   shared_.repeat_wanted.store(intake.repeat_wanted());
   shared_.frame_named.store(intake.frame_named());
   shared_.frame_refused.store(intake.frame_refused());
-  shared_.frame_arrived.store(intake.frame().sequence());
-  shared_.frame_processed.store(intake.frame().sequence());
-  shared_.history.restore(history);
+  shared_.frame_arrived.store(processed);
+  shared_.frame_processed.store(processed);
+  shared_.frames_line.store(lines.frames.number);
+  shared_.history.restore(history, lines.states.number);
   shared_.good_frame_stamp.store(in.looking().good_frame_stamp());
+  shared_.good_frame_line.store(in.looking().good_frame_line());
   shared_.aim({in.looking().target(), in.looking().next()});
   sight.records().restore(std::move(records));
-  looking_.restore(intake.frame().sequence() > 0 ? Stamp{intake.frame().stamp()} : Stamp{-1});
+  looking_.restore(processed > 0 ? Stamp{intake.frames().newest().stamp()} : Stamp{-1}, in.looking().line(),
+                   lines.frames.number);
   if (in.stepping().has_snapshot()) looking_.publish({snapshot.waypoint(0), snapshot.waypoint(1)}, snapshot.frame());
   stepping_.progress() = moved;
   stepping_.restore(state);

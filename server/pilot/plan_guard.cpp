@@ -29,6 +29,24 @@ Withheld why_withheld(const QuadrotorModel& model, const planner::Plan& plan) no
   return Withheld::kNothing;
 }
 
+protocol::Problems problems(Withheld why) noexcept {
+  using protocol::bit;
+  using protocol::Problem;
+  switch (why) {
+    case Withheld::kNothing:
+      return 0;
+    case Withheld::kNotFinite:
+      return bit(Problem::kPlanNotFinite);
+    case Withheld::kRateLimit:
+      return bit(Problem::kPlanThrustRate);
+    case Withheld::kThrustLimit:
+      return bit(Problem::kPlanThrust);
+    case Withheld::kBodyRate:
+      return bit(Problem::kPlanBodyRate);
+  }
+  return 0;
+}
+
 const char* sentence(Withheld why) noexcept {
   switch (why) {
     case Withheld::kNothing:

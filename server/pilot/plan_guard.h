@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/protocol/problems.h"
 #include "common/vehicle/quadrotor.h"
 #include "server/planner/planner.h"
 
@@ -13,6 +14,8 @@ enum class Withheld : int { kNothing = 0, kNotFinite, kRateLimit, kThrustLimit, 
 /// body rates below 200 rad/s. Thread-safe: yes.   Real-time safe: yes.
 Withheld why_withheld(const QuadrotorModel& model, const planner::Plan& plan) noexcept;
 
+/// The reason as health tells it; none for kNothing.
+protocol::Problems problems(Withheld why) noexcept;
 /// The reason in words; empty for kNothing.
 const char* sentence(Withheld why) noexcept;
 

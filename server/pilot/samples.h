@@ -13,8 +13,9 @@ namespace gatefield::pilot {
 struct StateSample {
   std::uint64_t sequence = 0;
   Stamp stamp{0};
-  Stamp received{0};     ///< server's clock
-  QuadrotorState state;  ///< attitude of unit length
+  std::uint32_t line = 0;  ///< number of its time line, from 0
+  Stamp received{0};       ///< server's clock
+  QuadrotorState state;    ///< attitude of unit length
   bool thrust_known = true;
   Stamp round_trip{0};
   std::uint64_t depth_sequence = 0;
@@ -26,6 +27,7 @@ struct StateSample {
 struct DepthSample {
   std::uint64_t sequence = 0;
   Stamp stamp{0};
+  std::uint32_t line = 0;  ///< number of the frames' time line, from 0; the states' is another
   protocol::DepthEncoding encoding = protocol::DepthEncoding::kCounts16;
   std::vector<std::uint8_t> pixels;
 };

@@ -29,6 +29,12 @@ void StateHistory::add(Stamp stamp, const QuadrotorState& state) noexcept {
   entry.q_WB = state.q_WB.normalized();
 }
 
+void StateHistory::begin_line(std::uint32_t line) noexcept {
+  const std::lock_guard lock(mutex_);
+  count_ = 0;
+  line_ = line;
+}
+
 std::vector<StateHistory::Entry> StateHistory::entries(Stamp from, std::size_t count) const {
   const std::lock_guard lock(mutex_);
   std::size_t begin = count_ > count ? count_ - count : 0;
@@ -38,20 +44,22 @@ std::vector<StateHistory::Entry> StateHistory::entries(Stamp from, std::size_t c
   return entries;
 }
 
-void StateHistory::restore(const std::vector<Entry>& entries) noexcept {
+void StateHistory::restore(const std::vector<Entry>& entries, std::uint32_t line) noexcept {
   const std::lock_guard lock(mutex_);
+  line_ = line;
   first_ = 0;
   count_ = std::min(entries.size(), ring_.size());
   std::copy(entries.end() - static_cast<std::ptrdiff_t>(count_), entries.end(), ring_.begin());
 }
 
-StateHistory::Found StateHistory::pose_at(Stamp stamp, Eigen::Isometry3d* X_WB,
-                                          std::chrono::nanoseconds* off) const noexcept {
+StateHistory::Found StateHistory::pose_at(Stamp stamp, Eigen::Isometry3d* X_WB, std::chrono::nanoseconds* off,
+                                          std::uint32_t* line) const noexcept {
   const auto report = [off](Found found, std::chrono::nanoseconds by) {
     if (off) *off = by;
     return found;
   };
   const std::lock_guard lock(mutex_);
+  if (line) *line = line_;
   if (count_ == 0) return report(Found::kEmpty, Stamp{0});
   const Entry& oldest = nth(0);
   const Entry& newest = nth(count_ - 1);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <cstdint>
 #include <mutex>
 #include <vector>
 
@@ -35,8 +36,11 @@ class StateHistory {
     Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
   };
 
-  /// @pre stamps rise from call to call
+  /// @pre stamps rise from call to call, but for begin_line() between them
   void add(Stamp stamp, const QuadrotorState& state) noexcept;
+  /// The stamps to come have nothing to do with those that came: forgets all states.
+  /// @param line  number of the time line that begins; 0 is the first one's
+  void begin_line(std::uint32_t line) noexcept;
 
   enum class Found {
     kYes,
@@ -47,12 +51,14 @@ class StateHistory {
   };
   /// @param X_WB  out, only when found: pose of the body at `stamp`
   /// @param off   out, may be null: how far the stamp lies outside of what is kept (too old, too new), or the gap
-  Found pose_at(Stamp stamp, Eigen::Isometry3d* X_WB, std::chrono::nanoseconds* off = nullptr) const noexcept;
+  /// @param line  out, may be null: number of the time line that the stamp was taken to be of
+  Found pose_at(Stamp stamp, Eigen::Isometry3d* X_WB, std::chrono::nanoseconds* off = nullptr,
+                std::uint32_t* line = nullptr) const noexcept;
 
   /// What pose_at() needs for stamps after `from`, at most the newest `count` entries: to be written down. Allocates.
   std::vector<Entry> entries(Stamp from, std::size_t count) const;
   /// @pre stamps rise, unit quaternions
-  void restore(const std::vector<Entry>& entries) noexcept;
+  void restore(const std::vector<Entry>& entries, std::uint32_t line) noexcept;
 
  private:
   const Entry& nth(std::size_t index) const noexcept { return ring_[(first_ + index) % ring_.size()]; }
@@ -61,6 +67,7 @@ class StateHistory {
   std::vector<Entry> ring_;
   std::size_t first_ = 0;
   std::size_t count_ = 0;
+  std::uint32_t line_ = 0;
 };
 
 }  // namespace gatefield::pilot

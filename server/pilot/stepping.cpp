@@ -9,8 +9,16 @@ namespace gatefield::pilot {
 namespace {
 
 constexpr double kBraking_m_s2 = 8.0;  // behind the last gate
+constexpr double kMaxAge_s = 1e9;      // that a command may tell
 
 double finite_or(double value, double otherwise) noexcept { return std::isfinite(value) ? value : otherwise; }
+
+/// The planner's limits on body rates are soft; what a vehicle is asked for keeps to its own. 0: it has none.
+Eigen::Vector3d within(const Eigen::Vector3d& limit_rad_s, Eigen::Vector3d w_WB_B) noexcept {
+  for (Eigen::Index i = 0; i < 3; ++i)
+    if (limit_rad_s[i] > 0.0) w_WB_B[i] = std::clamp(w_WB_B[i], -limit_rad_s[i], limit_rad_s[i]);
+  return w_WB_B;
+}
 
 }  // namespace
 
@@ -23,7 +31,8 @@ Stepping::Stepping(const protocol::SessionRequest* request, std::uint64_t sessio
       period_(from_seconds(1.0 / planner_->profile().control_rate_hz)),
       progress_(request->course),
       ahead_(progress_),
-      gates_(&progress_.passages()) {
+      gates_(&progress_.passages()),
+      state_watch_(request->quadrotor) {
   shared_->aim(progress_);
   state_.disturbance = Disturbance(planner_->profile().disturbance_time_s);
   protocol::ThrustRateCommand& command = state_.command;
@@ -45,6 +54,18 @@ gates::GateBelief Stepping::planned(std::uint32_t waypoint) const noexcept {
   return gate;
 }
 
+void Stepping::begin_line(const StateSample& sample) noexcept {
+  state_.line = sample.line;
+  state_.first_stamp = state_.rotors_stamp = sample.stamp;
+  state_.inputs = InputTimeline();
+  state_.delay = DelayEstimate();
+  state_.delay_known = false;
+  state_.measured_stamp = Stamp{-1};
+  state_.have_plan = false;
+  state_watch_ = StateWatch(request_->quadrotor);
+  diagnosis_.begin_line();
+}
+
 void Stepping::take_in(const StateSample& sample) noexcept {
   const QuadrotorModel& model = request_->quadrotor;
   QuadrotorState& rotors = state_.rotors;
@@ -53,6 +74,7 @@ void Stepping::take_in(const StateSample& sample) noexcept {
     state_.first_stamp = sample.stamp;
     progress_.resume(sample.heard_waypoint, sample.heard_lap);
   }
+  if (sample.line != state_.line) begin_line(sample);
   if (sample.thrust_known) {
     rotors.thrust_n = sample.state.thrust_n;
     rotors.thrust_command_n = sample.state.thrust_command_n;
@@ -70,6 +92,10 @@ void Stepping::take_in(const StateSample& sample) noexcept {
     state_.delay_known = true;
     state_.delay.round_trip(sample.round_trip);
   }
+  QuadrotorState watched = sample.state;
+  watched.thrust_n = rotors.thrust_n;
+  watched.thrust_command_n = rotors.thrust_command_n;
+  contradictions_ = state_watch_.observe(sample.stamp, watched);
   watch_disturbance(sample);
   const gates::GateBelief target = gates_.belief(progress_.target());
   if (progress_.update(sample.state.p_WB, target)) {
@@ -106,6 +132,7 @@ void Stepping::hold_behind(const planner::PlanInput& input) noexcept {
   hold.center_W = input.target.center_W;
   if (away_W.norm() > 1e-6) hold.center_W += brake_m * away_W.normalized();
   hold.axis_W = input.target.axis_W;
+  hold.shape = input.target.shape;
 }
 
 void Stepping::read_state() noexcept {
@@ -148,8 +175,14 @@ Stepping::Answer Stepping::step(Stamp now) noexcept {
     shared_->repeat_wanted.store(false, std::memory_order_relaxed);
   } else {
     age = std::max(now - newest.received, std::chrono::nanoseconds{0});
-    if (age > kSilence) return {};
-    if (age > 2 * period_) degraded = true;
+    states_missing_ = age > 2 * period_;
+    if (age > kSilence) {
+      state_.command.health.problems = diagnose(0.0, true, Withheld::kNothing);
+      state_.command.health.degraded = true;
+      shared_->healths.write(state_.command.health);
+      return {};
+    }
+    if (states_missing_) degraded = true;
   }
 
   read_beliefs();
@@ -205,15 +238,16 @@ Stepping::Answer Stepping::step(Stamp now) noexcept {
 
   const Withheld withheld = why_withheld(request_->quadrotor, plan_);
   state_.command_good = withheld == Withheld::kNothing;
+  fill_health(horizon, field_age_s, degraded, withheld);
   if (!state_.command_good) {
     // The client goes on along the plan that it has; what led here must not come back by the warm start.
     planner_->reset();
     state_.have_plan = false;
     shared_->account.withhold(withheld);
+    shared_->healths.write(state_.command.health);
     return {};
   }
   fill_command(plan_start);
-  fill_health(horizon, field_age_s, degraded);
   unsolved_ = true;
   return {&state_.command, kNever};
 }
@@ -225,7 +259,7 @@ void Stepping::fill_command(Stamp plan_start) noexcept {
     command.thrust_rate_n_s[k] = plan_.thrust_rate_n_s[k];
     command.rotor_thrust_n[k] = plan_.state[k].thrust_command_n;
     command.collective_thrust_n[k] = plan_.state[k].thrust_command_n.sum();
-    command.body_rates_rad_s[k] = plan_.state[k].w_WB_B;
+    command.body_rates_rad_s[k] = within(request_->quadrotor.body_rate_max_rad_s, plan_.state[k].w_WB_B);
   }
   ++command.sequence;
   command.answers_sequence = state_.newest.sequence;
@@ -237,18 +271,56 @@ void Stepping::fill_command(Stamp plan_start) noexcept {
                     {command.thrust_rate_n_s.data(), static_cast<std::size_t>(command.steps)}, command.validity);
 }
 
-void Stepping::fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded) noexcept {
-  const std::int64_t good_frame = shared_->good_frame_stamp.load(std::memory_order_relaxed);
-  const Stamp seen_until = good_frame < 0 ? state_.first_stamp : Stamp{good_frame};
+void Stepping::fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded,
+                           Withheld withheld) noexcept {
   protocol::PlannerHealth& health = state_.command.health;
   health.effective_samples = std::clamp(finite_or(plan_.effective_samples, 0.0), 0.0, 1e9);
   health.lowest_field_m = std::clamp(finite_or(plan_.lowest_field_m, 0.0), -1e6, 1e6);
-  health.latent_age_s = field_age_s;
+  health.latent_age_s = std::min(field_age_s, kMaxAge_s);
   health.state_age_s = seconds(horizon);
   health.target_waypoint = progress_.target();
   health.lap = progress_.lap();
   health.course_done = progress_.done();
-  health.degraded = degraded || state_.newest.stamp - seen_until > kDepthMissing || !plan_.ok;
+  health.degraded = degraded || depth_missing() || !plan_.ok || withheld != Withheld::kNothing;
+  health.problems = diagnose(plan_.ok ? health.effective_samples : 0.0, states_missing_, withheld);
+}
+
+bool Stepping::depth_missing() const noexcept {
+  // Of another time line, the frame's stamp says nothing.
+  const bool of_this_line = shared_->good_frame_line.load(std::memory_order_acquire) == state_.line;
+  const Stamp good_frame{shared_->good_frame_stamp.load(std::memory_order_relaxed)};
+  const Stamp seen_until = of_this_line && good_frame >= Stamp{0} ? good_frame : state_.first_stamp;
+  return state_.newest.stamp - seen_until > kDepthMissing;
+}
+
+bool Stepping::target_should_be_seen() const noexcept {
+  const CameraModel& camera = request_->camera;
+  const QuadrotorState& vehicle = state_.newest.state;
+  const Eigen::Vector3d center_W = gates_.belief(progress_.target()).center_W;
+  const Eigen::Vector3d center_B = vehicle.q_WB.conjugate() * (center_W - vehicle.p_WB);
+  const Eigen::Vector3d center_C = camera.X_BC.inverse() * center_B;
+  return center_C.norm() <= kSeenWithin_m && camera.sees(center_C, kSeenMargin_px_per_width * camera.width_px);
+}
+
+protocol::Problems Stepping::diagnose(double effective_samples, bool states_missing, Withheld withheld) noexcept {
+  const DelayEstimate& delay = state_.delay;
+  StepFindings findings;
+  findings.stamp = state_.newest.stamp;
+  findings.effective_samples = effective_samples;
+  findings.gate_seen = gates_.belief(progress_.target()).seen;
+  findings.gate_expected = !findings.gate_seen && target_should_be_seen();
+  findings.course_done = progress_.done();
+  findings.depth_missing = depth_missing();
+  findings.states_missing = states_missing;
+  findings.states_rejected = shared_->newest_state_rejected.load(std::memory_order_relaxed);
+  findings.frames_rejected = shared_->newest_frame_rejected.load(std::memory_order_relaxed);
+  findings.stamps_jumped = shared_->stamps_jumped.exchange(false, std::memory_order_relaxed);
+  findings.delay_long = (lockstep() ? delay.whole() : delay.ahead()) >= DelayEstimate::kMaxDelay;
+  findings.deadlines_missed = shared_->account.deadlines_missed.load(std::memory_order_relaxed);
+  findings.withheld = problems(withheld);
+  findings.contradictions = contradictions_;
+  findings.sensing = shared_->sensing_problems.load(std::memory_order_relaxed);
+  return diagnosis_.step(findings);
 }
 
 void Stepping::solved(std::chrono::nanoseconds took) noexcept {

@@ -9,9 +9,11 @@
 #include "common/protocol/messages.h"
 #include "server/gates/course_progress.h"
 #include "server/gates/known_gates.h"
+#include "server/pilot/diagnosis.h"
 #include "server/pilot/disturbance.h"
 #include "server/pilot/mailboxes.h"
 #include "server/pilot/predictor.h"
+#include "server/pilot/state_watch.h"
 #include "server/pilot/step_observer.h"
 #include "server/planner/planner.h"
 
@@ -28,6 +30,12 @@ namespace gatefield::pilot {
 /// The state is predicted by the delay that the client measured in simulated time, and by nothing else: no clock is
 /// involved. The same states and frames give the same commands (but for the measured times in `health`).
 ///
+/// A state of another time line than the one before (TimeLine) begins anew what is bound to stamps: what was sent, the
+/// delay, how old things are. Progress along the course, the gates and the planner's warm start stay.
+///
+/// What looks wrong (StateWatch, Diagnosis) is told in every command's health and, when no command goes out, through
+/// Mailboxes::healths alone. The watches decide no command, so they are not written down with the rest.
+///
 /// Each step() that gives a command is followed by solved(), and by sent() once the command was handed over.
 /// Thread-safe: no (one control thread at a time).   Real-time safe: step(), solved(), sent() and missed_deadlines():
 /// no allocation, lock, log, clock or system call.
@@ -40,6 +48,9 @@ class Stepping {
   static constexpr std::chrono::nanoseconds kMaxValidity = std::chrono::milliseconds(400);
   /// Without a usable depth frame for this long a plan is called degraded.
   static constexpr std::chrono::nanoseconds kDepthMissing = std::chrono::milliseconds(500);
+  /// A gate that was never seen should be when its centre is this near, in front, and this far inside the image.
+  static constexpr double kSeenWithin_m = 8.0;
+  static constexpr double kSeenMargin_px_per_width = 0.1;
   /// "Never" for times to wake up at.
   static constexpr Stamp kNever = Stamp::max();
 
@@ -73,11 +84,12 @@ class Stepping {
   struct State {
     StateSample newest;
     bool have_state = false;
+    std::uint32_t line = 0;     ///< number of the time line that all stamps below are of
     bool state_is_new = false;  ///< `newest` was not planned from yet
     bool have_rotors = false;
     QuadrotorState rotors;  ///< thrusts only, modelled when the vehicle can't tell
     Stamp rotors_stamp{0};
-    Stamp first_stamp{0};  ///< of the first state
+    Stamp first_stamp{0};  ///< of the line's first state
     InputTimeline inputs;
     DelayEstimate delay;
     bool delay_known = false;
@@ -105,11 +117,15 @@ class Stepping {
   gates::GateBelief planned(std::uint32_t waypoint) const noexcept;
   void read_state() noexcept;
   void read_beliefs() noexcept;
+  void begin_line(const StateSample& sample) noexcept;
   void take_in(const StateSample& sample) noexcept;
   void watch_disturbance(const StateSample& sample) noexcept;
   void hold_behind(const planner::PlanInput& input) noexcept;
   void fill_command(Stamp plan_start) noexcept;
-  void fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded) noexcept;
+  void fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded, Withheld withheld) noexcept;
+  bool depth_missing() const noexcept;
+  bool target_should_be_seen() const noexcept;
+  protocol::Problems diagnose(double effective_samples, bool states_missing, Withheld withheld) noexcept;
 
   const protocol::SessionRequest* request_;
   Mailboxes* shared_;
@@ -121,7 +137,11 @@ class Stepping {
   gates::KnownGates gates_;
   State state_;
   planner::Plan plan_;
-  bool unsolved_ = false;  // the newest command waits for solved()
+  StateWatch state_watch_;
+  protocol::Problems contradictions_ = 0;  // of state_watch_, as of the newest state
+  Diagnosis diagnosis_;
+  bool states_missing_ = false;  // real time, in the step in progress
+  bool unsolved_ = false;        // the newest command waits for solved()
 };
 
 }  // namespace gatefield::pilot

@@ -20,20 +20,25 @@ bool TimeLine::goes_on(const Point& from, const Point& to, bool free) noexcept {
 }
 
 TimeLine::Verdict TimeLine::judge(std::uint64_t sequence, Stamp stamp, Stamp received, bool free) noexcept {
+  if (stamp > kMaxStamp) return Verdict::kOff;
   const Point here{sequence, stamp, received};
-  if (!begun_ || goes_on(line_, here, free)) {
-    begun_ = true;
-    line_ = here;
-    agreeing_ = 0;
+  Point& line = state_.newest;
+  if (!state_.begun || goes_on(line, here, free)) {
+    state_.begun = true;
+    line = here;
+    state_.agreeing = 0;
     return Verdict::kNext;
   }
-  if (sequence == line_.sequence && stamp == line_.stamp) return Verdict::kRepeated;
-  if (sequence <= line_.sequence && stamp <= line_.stamp && stamp > line_.stamp - kMaxJump) return Verdict::kLate;
-  agreeing_ = agreeing_ > 0 && goes_on(elsewhere_, here, free) ? agreeing_ + 1 : 1;
-  elsewhere_ = here;
-  if (agreeing_ < kAgree) return Verdict::kOff;
-  line_ = here;
-  agreeing_ = 0;
+  if (sequence == line.sequence && stamp == line.stamp) return Verdict::kRepeated;
+  if (sequence <= line.sequence && stamp <= line.stamp && stamp > line.stamp - kMaxJump) return Verdict::kLate;
+  const Point& before = state_.elsewhere;
+  const bool insists = free && sequence == before.sequence && stamp == before.stamp;
+  const bool agrees = state_.agreeing > 0 && (insists || goes_on(before, here, free));
+  state_.agreeing = agrees ? state_.agreeing + 1 : 1;
+  state_.elsewhere = here;
+  if (state_.agreeing < kAgree) return Verdict::kOff;
+  line = here;
+  state_.agreeing = 0;
   return Verdict::kNewLine;
 }
 

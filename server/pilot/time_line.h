@@ -14,12 +14,15 @@ namespace gatefield::pilot {
 ///
 /// A sample goes on from another when its sequence is more, by at most kMaxSkip, and its stamp is later, by at most
 /// kMaxJump and what passed meanwhile by the receiver's clock. It is late when neither is more and the stamp is at most
-/// kMaxJump back.
+/// kMaxJump back. A lockstep client (`free`) sends the same sample again until it is answered: off the line, the same
+/// one again agrees with itself. A stamp beyond kMaxStamp lies on no line.
 /// Thread-safe: no (the owner's lock).   Real-time safe: yes.
 class TimeLine {
  public:
   static constexpr std::uint64_t kMaxSkip = 100'000;
   static constexpr Stamp kMaxJump = std::chrono::seconds(1);
+  /// 146 years: times that are added to a stamp don't reach the end of its 64 bits.
+  static constexpr Stamp kMaxStamp = Stamp::max() / 2;
   static constexpr int kAgree = 3;
 
   enum class Verdict {
@@ -30,34 +33,39 @@ class TimeLine {
     kNewLine,   ///< the last of kAgree that lie elsewhere: the line goes on from here; whoever keeps stamps begins anew
   };
 
+  /// The sample is to be used.
+  static constexpr bool taken(Verdict verdict) noexcept {
+    return verdict == Verdict::kNext || verdict == Verdict::kNewLine;
+  }
+
   /// @param received  receiver's clock; in lockstep simulated time may pass faster than it: `free` then
   /// @param free      stamps may be any time later than the one before
   Verdict judge(std::uint64_t sequence, Stamp stamp, Stamp received, bool free) noexcept;
 
-  bool begun() const noexcept { return begun_; }
-  std::uint64_t last_sequence() const noexcept { return line_.sequence; }
-  Stamp last_stamp() const noexcept { return line_.stamp; }
+  bool begun() const noexcept { return state_.begun; }
+  /// That was taken. @pre begun()
+  std::uint64_t last_sequence() const noexcept { return state_.newest.sequence; }
+  Stamp last_stamp() const noexcept { return state_.newest.stamp; }
 
-  /// What save and restore need.
   struct Point {
     std::uint64_t sequence = 0;
     Stamp stamp{0};
     Stamp received{0};
   };
-  const Point& newest() const noexcept { return line_; }
-  void resume(const Point& newest) noexcept {
-    line_ = newest;
-    begun_ = true;
-    agreeing_ = 0;
-  }
+  /// All there is: to be written down, and set to what was.
+  struct State {
+    bool begun = false;
+    Point newest;      ///< that was taken
+    Point elsewhere;   ///< the newest that lies off the line
+    int agreeing = 0;  ///< how many in a row lie there
+  };
+  const State& state() const noexcept { return state_; }
+  void restore(const State& state) noexcept { state_ = state; }
 
  private:
   static bool goes_on(const Point& from, const Point& to, bool free) noexcept;
 
-  bool begun_ = false;
-  Point line_;        ///< newest that was taken
-  Point elsewhere_;   ///< newest that lies off the line
-  int agreeing_ = 0;  ///< how many in a row lie there
+  State state_;
 };
 
 }  // namespace gatefield::pilot

@@ -58,13 +58,13 @@ void annotate(const PlanContext& context, const kernels::SampleBlock& states, co
   const int stride = states.stride;
   const auto row = [stride](float* rows, int k) { return rows + static_cast<std::ptrdiff_t>(k) * stride; };
   for (int k = 0; k < states.steps; ++k)
-    annotation::distances(context.target, context.inner_half_m, context.cone_slope, states.row(k, kernels::kPx),
+    annotation::distances(context.target, context.frame.inner_half_m, context.cone_slope, states.row(k, kernels::kPx),
                           states.row(k, kernels::kPy), states.row(k, kernels::kPz),
                           field != nullptr ? field + static_cast<std::ptrdiff_t>(k) * stride : nullptr, stride,
                           row(along, k), row(clearance, k));
 
   // All rollouts start at the same point: step 0 is compared with it, through rows that are overwritten in turn.
-  const annotation::Slab slab{context.slab_half_m, -(context.frame_width_m + context.crossing_need_m)};
+  const annotation::Slab slab{context.frame.slab_half_m, -(context.frame.width_m + context.crossing_need_m)};
   constexpr int kChunk = 64;
   float start_along[kChunk], start_clearance[kChunk], start_through[kChunk];
   std::fill_n(start_along, kChunk, context.start_along_m);

@@ -43,7 +43,7 @@ kernels::NoiseShape noise_shape(const Profile& profile, const QuadrotorModel& mo
 
 }  // namespace
 
-Mppi::Mppi(const Profile& profile, const QuadrotorModel& model, const GateShape& gate, double cone_angle_rad,
+Mppi::Mppi(const Profile& profile, const QuadrotorModel& model, const Course& course, double cone_angle_rad,
            std::uint64_t seed, const PlannerOptions& options)
     : profile_(profile),
       model_(model),
@@ -52,7 +52,7 @@ Mppi::Mppi(const Profile& profile, const QuadrotorModel& model, const GateShape&
       backend_(options.backend != nullptr ? options.backend : &kernels::best_backend()),
       noise_(noise_shape(profile, model)),
       costs_(profile),
-      guidance_(profile, model, gate, cone_angle_rad),
+      guidance_(profile, model, course, cone_angle_rad),
       mean_(static_cast<std::size_t>(profile.steps), ThrustRates::Zero()),
       steps_(static_cast<std::size_t>(profile.steps)),
       blocks_((profile.samples + kBlock - 1) / kBlock) {
@@ -210,12 +210,13 @@ void Mppi::predict(const PlanInput& input, Plan* plan) const noexcept {
 }
 
 Result<std::unique_ptr<Planner>> Planner::create(const Profile& profile, const QuadrotorModel& model,
-                                                 const GateShape& gate, double cone_angle_rad, std::uint64_t seed,
+                                                 const Course& course, double cone_angle_rad, std::uint64_t seed,
                                                  const PlannerOptions& options) {
   if (Status status = validate(profile); !status) return status.failure();
   if (Status status = gatefield::validate(model); !status) return status.failure();
-  if (Status status = gatefield::validate(gate); !status) return status.failure();
-  return std::unique_ptr<Planner>(std::make_unique<Mppi>(profile, model, gate, cone_angle_rad, seed, options));
+  if (Status status = gatefield::validate(course); !status) return status.failure();
+  if (Status status = check_heights(profile, model, course); !status) return status.failure();
+  return std::unique_ptr<Planner>(std::make_unique<Mppi>(profile, model, course, cone_angle_rad, seed, options));
 }
 
 void Planner::prepare_thread() { workspace(); }

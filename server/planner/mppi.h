@@ -25,8 +25,8 @@ namespace gatefield::planner {
 /// See Planner for threads and real time.
 class Mppi final : public Planner {
  public:
-  /// @pre profile, model and gate are valid (Planner::create() asks)
-  Mppi(const Profile& profile, const QuadrotorModel& model, const GateShape& gate, double cone_angle_rad,
+  /// @pre profile, model and course are valid (Planner::create() asks)
+  Mppi(const Profile& profile, const QuadrotorModel& model, const Course& course, double cone_angle_rad,
        std::uint64_t seed, const PlannerOptions& options);
 
   void plan(const PlanInput& input, Plan* plan) noexcept override;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/base/result.h"
-#include "common/geometry/gate.h"
+#include "common/course/course.h"
 #include "common/vehicle/quadrotor.h"
 #include "server/gates/gate_belief.h"
 #include "server/kernels/backend.h"
@@ -65,6 +65,14 @@ struct WarmStart {
   double detour_side = 1.0;       ///< on which side a missed gate is flown around, 1 or -1
 };
 
+/// Whether every gate of the course can be flown through between the heights that the profile permits, [lowest, highest]
+/// = height_reference_m(course) + [altitude_min_m, altitude_max_m]: with the centre of mass at some height of
+///   z +- max(0, inner_half - collision_radius)
+/// for an opening at z. A profile without altitude_weight permits every height. The field at fault is
+/// "course.waypoints[i].p_W".
+/// Thread-safe: yes.   Real-time safe: no.
+Status check_heights(const Profile& profile, const QuadrotorModel& model, const Course& course);
+
 /// How a step is computed.
 struct PlannerOptions {
   /// Whose free threads help with the blocks of a step; null: none. Outlives the planner. The plan is the same.
@@ -84,10 +92,11 @@ struct PlannerOptions {
 /// other back ends do (on one back end).
 class Planner {
  public:
-  /// @param gate            nominal shape of the course's gates
+  /// @param course          to be flown: what its heights count from
   /// @param cone_angle_rad  of the hourglass that the field was trained with (model manifest)
+  /// Errors: what validate() says of profile, model and course, and what check_heights() does.
   static Result<std::unique_ptr<Planner>> create(const Profile& profile, const QuadrotorModel& model,
-                                                 const GateShape& gate, double cone_angle_rad, std::uint64_t seed,
+                                                 const Course& course, double cone_angle_rad, std::uint64_t seed,
                                                  const PlannerOptions& options = {});
   /// Allocates what a thread needs to plan or to help, once.
   static void prepare_thread();

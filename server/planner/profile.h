@@ -63,11 +63,14 @@ struct Profile {
   // Limits
   double speed_weight = 1.0;  ///< (v - limit)^2
   double speed_limit_m_s = 8.0;
-  double body_rate_weight = 1.0;  ///< (|w| - limit)^2
-  double body_rate_limit_rad_s = 9.0;
-  double altitude_weight = 20.0;  ///< per metre outside
+  double body_rate_weight = 1.0;       ///< (|w| - limit)^2
+  double body_rate_limit_rad_s = 9.0;  ///< a vehicle's own limit about an axis holds as well, where it is lower
+  /// Per metre outside of altitude_min_m to altitude_max_m. Both count from height_reference_m() of the course: from the
+  /// floor where the course tells it, else from 1.5 m below its lowest gate. With a weight, a course with a gate that
+  /// can't be passed between them is refused (check_heights()).
+  double altitude_weight = 20.0;
   double altitude_min_m = 0.4;
-  double altitude_max_m = 30.0;
+  double altitude_max_m = 120.0;  ///< what most rules allow above ground
 
   // Losing sight tightens: near the gate, from field_fresh_s to field_stale_s of the field's age (a gate remembered
   // from the last lap is old, but far away; it is seen again before it matters)

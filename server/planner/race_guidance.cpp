@@ -9,6 +9,13 @@ namespace {
 /// The gate passed last is out of the way beyond this distance.
 constexpr double kPassedGateNear_m = 3.0;
 constexpr double kDetourSwitch_m = 0.4;
+/// Of a gate whose way in is behind the vehicle: beyond its plane and no longer in it.
+constexpr float kJustBeyond_m = 0.01f;
+
+bool one_gate(const GateBelief& a, const GateBelief& b) noexcept {
+  return (a.center_W - b.center_W).norm() < a.shape.outer_half_m;
+}
+bool same_way(const GateBelief& a, const GateBelief& b) noexcept { return a.axis_W.dot(b.axis_W) > 0.0; }
 
 }  // namespace
 
@@ -29,16 +36,23 @@ Tightening tighten(const Profile& profile, const PlanInput& input) noexcept {
   return out;
 }
 
-RaceGuidance::RaceGuidance(const Profile& profile, const QuadrotorModel& model, const GateShape& gate,
+RaceGuidance::RaceGuidance(const Profile& profile, const QuadrotorModel& model, const Course& course,
                            double cone_angle_rad)
     : profile_(profile),
-      gate_(gate),
+      height_reference_m_(height_reference_m(course)),
       collision_radius_m_(model.collision_radius_m),
+      body_rate_limit_rad_s_(model.body_rate_max_rad_s.cast<float>()),
       cone_slope_(static_cast<float>(std::tan(cone_angle_rad))) {}
 
 Guidance RaceGuidance::guide(const GateBelief& gate, bool hold, double side) const noexcept {
   return make_guidance(gate.center_W, gate.axis_W, profile_.funnel && !hold, profile_.funnel_half_angle_rad,
-                       profile_.funnel_distance_m, gate_.outer_half_m, side);
+                       profile_.funnel_distance_m, gate.shape.outer_half_m, side);
+}
+
+FrameSize RaceGuidance::frame_of(const GateBelief& gate) const noexcept {
+  return {.inner_half_m = static_cast<float>(gate.shape.inner_half_m),
+          .width_m = static_cast<float>(gate.shape.outer_half_m - gate.shape.inner_half_m),
+          .slab_half_m = static_cast<float>(0.5 * gate.shape.thickness_m + collision_radius_m_)};
 }
 
 PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
@@ -51,23 +65,38 @@ PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
   if (std::abs(offset_m) > kDetourSwitch_m) detour_side_ = offset_m > 0 ? 1.0 : -1.0;
 
   context.target = guide(target, input.hold, detour_side_);
+  context.frame = frame_of(target);
+  context.hold = input.hold;
+  context.start_p_WB = p.cast<float>();
+  context.start_along_m = context.target.along(context.start_p_WB.x(), context.start_p_WB.y(), context.start_p_WB.z());
+  context.cone_slope = cone_slope_;
+
   context.has_next = input.has_next;
   if (input.has_next) {
     // Should the next gate's way in be on its far side, then around it on the side that is nearer.
     const Eigen::Vector3d across = input.next.axis_W.cross(Eigen::Vector3d::UnitZ());
     const double side = (target.center_W - input.next.center_W).dot(across) >= 0 ? 1.0 : -1.0;
-    context.next = guide(input.next, input.hold, side);
+    const bool around_again = one_gate(target, input.next) && same_way(target, input.next);
+    context.next = guide(input.next, input.hold, around_again ? detour_side_ : side);
+    if (around_again) {
+      context.next.beyond_m = 0.0f;
+      context.next_from_m = kJustBeyond_m;
+    }
   }
   context.has_passed_gate = input.has_passed_gate && (p - input.passed_gate.center_W).norm() < kPassedGateNear_m;
-  if (context.has_passed_gate) context.passed_gate = guide(input.passed_gate, input.hold, 1.0);
-  context.hold = input.hold;
+  if (context.has_passed_gate && !input.hold && one_gate(target, input.passed_gate)) {
+    const bool behind = same_way(target, input.passed_gate) && context.start_along_m >= 0.0f;
+    context.has_passed_gate = behind;
+    if (behind) context.target.beyond_m = 0.0f;
+  }
+  if (context.has_passed_gate) {
+    context.passed_gate = guide(input.passed_gate, input.hold, 1.0);
+    context.passed_frame = frame_of(input.passed_gate);
+  }
 
-  context.start_p_WB = p.cast<float>();
-  context.start_along_m = context.target.along(context.start_p_WB.x(), context.start_p_WB.y(), context.start_p_WB.z());
-  context.inner_half_m = static_cast<float>(gate_.inner_half_m);
-  context.frame_width_m = static_cast<float>(gate_.outer_half_m - gate_.inner_half_m);
-  context.cone_slope = cone_slope_;
-  context.slab_half_m = static_cast<float>(0.5 * gate_.thickness_m + collision_radius_m_);
+  context.lowest_m = static_cast<float>(height_reference_m_ + profile_.altitude_min_m);
+  context.highest_m = static_cast<float>(height_reference_m_ + profile_.altitude_max_m);
+  context.body_rate_limit_rad_s = body_rate_limit_rad_s_;
 
   const Tightening care = tighten(profile_, input);
   context.speed_limit_m_s = static_cast<float>(care.speed_limit_m_s);
@@ -82,7 +111,7 @@ PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
   } else {
     const Eigen::Vector3d off = p - target.center_W;
     context.start_clearance_m =
-        static_cast<float>(gate_.inner_half_m - (off - off.dot(target.axis_W) * target.axis_W).norm());
+        static_cast<float>(target.shape.inner_half_m - (off - off.dot(target.axis_W) * target.axis_W).norm());
   }
   return context;
 }

@@ -37,12 +37,23 @@ struct RolloutBatch {
 
 inline constexpr float kNoCrossing = 1e6f;
 
+/// Measures of one gate's frame.
+struct FrameSize {
+  float inner_half_m = 0.0f;
+  float width_m = 0.0f;      ///< outer minus inner half-width
+  float slab_half_m = 0.0f;  ///< half thickness + the vehicle's radius
+};
+
 /// What is the same for all rollouts of one step.
 struct PlanContext {
   Guidance target;  ///< where to go before the opening
   Guidance next;    ///< and beyond it
+  FrameSize frame;  ///< the target's
   bool has_next = false;
-  Guidance passed_gate;  ///< where the gate is that the vehicle passed last, when it is near
+  /// The way to the next gate counts from as far beyond the target's centre, along its axis.
+  float next_from_m = 0.0f;
+  Guidance passed_gate;    ///< where the gate is that the vehicle passed last, when it is near
+  FrameSize passed_frame;  ///< and its frame
   bool has_passed_gate = false;
   bool hold = false;
   Eigen::Vector3f start_p_WB = Eigen::Vector3f::Zero();
@@ -50,10 +61,11 @@ struct PlanContext {
   float start_clearance_m = 0.0f;  ///< field minus the cone's widening at the start, see annotate()
   float speed_limit_m_s = 0.0f;    ///< after all tightening
   float crossing_need_m = 0.0f;    ///< clearance wanted while crossing: radius + margin (+ extra when the field is old)
-  float slab_half_m = 0.0f;        ///< half thickness of the frame + radius
-  float frame_width_m = 0.0f;      ///< outer minus inner half-width
   float cone_slope = 0.0f;         ///< tan(alpha)
-  float inner_half_m = 0.0f;
+  float lowest_m = 0.0f;           ///< heights to stay between, world frame
+  float highest_m = 0.0f;
+  /// Of the vehicle, about each axis of B; 0: no less than the profile's limit.
+  Eigen::Vector3f body_rate_limit_rad_s = Eigen::Vector3f::Zero();
 };
 
 }  // namespace gatefield::planner

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "common/base/text.h"
 #include "common/protocol/validate.h"
@@ -94,7 +95,7 @@ void Service::on_state(const protocol::VehicleState& state) {
 void Service::on_depth(protocol::DepthFrame& frame) {
   const std::shared_ptr<pilot::Pilot> pilot = session_of(frame.vehicle);
   if (!pilot) return stray(frame.vehicle, "depth");
-  const pilot::Intake::Outcome outcome = pilot->intake().take_depth(frame);
+  const pilot::Intake::Outcome outcome = pilot->intake().take_depth(frame, clock_->now());
   if (!control_) return;
   // In lockstep a step may be waiting for just this frame, which will not come again.
   if (outcome == pilot::Intake::Outcome::kRejected && pilot->lockstep()) control_->wake(pilot.get());
@@ -175,20 +176,41 @@ void Service::housekeep() {
     const std::string why = "no state came for " + text(seconds(limit)) + " s";
     end(pilot, why, Error("session ended: " + why, ErrorCode::kAbandoned));
   }
-  if (now >= next_telemetry_) {
-    next_telemetry_ = now + options_.telemetry_period;
-    protocol::Telemetry telemetry;
-    for (const auto& pilot : all) {
-      if (session_of(pilot->vehicle()) != pilot) continue;
+  std::erase_if(all, [this](const auto& pilot) { return session_of(pilot->vehicle()) != pilot; });
+  tell(all, now);
+}
+
+void Service::tell(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now) {
+  const bool telemetry_due = now >= next_telemetry_;
+  const bool log_due = now >= next_log_;
+  if (telemetry_due) next_telemetry_ = now + options_.telemetry_period;
+  if (log_due) next_log_ = now + kLogPeriod;
+  protocol::Telemetry telemetry;
+  for (const auto& pilot : pilots) {
+    Told& told = told_[pilot->vehicle()];
+    if (told.session != pilot->session()) told = {pilot->session()};
+    const protocol::Problems problems = pilot->problems();
+    told.found |= problems;
+    if (telemetry_due || (problems & ~told.sent) != 0) {
       pilot->fill(now, &telemetry);
       transport_->send(telemetry);
+      told.sent = problems;
     }
+    if (!log_due) continue;
+    log_problems(pilot->vehicle(), std::exchange(told.found, problems), &told.logged);
+    if (const auto complaints = pilot->complaints()) log::warn("vehicle " + pilot->vehicle() + ": " + *complaints);
   }
-  if (now >= next_log_) {
-    next_log_ = now + kLogPeriod;
-    for (const auto& pilot : all)
-      if (const auto complaints = pilot->complaints()) log::warn("vehicle " + pilot->vehicle() + ": " + *complaints);
-  }
+}
+
+void Service::log_problems(const std::string& vehicle, protocol::Problems found, protocol::Problems* logged) {
+  for (const protocol::Problem problem : protocol::list(found & ~*logged))
+    log::warn("vehicle " + vehicle + ": " + std::string(protocol::name(problem)) + ": " +
+              std::string(protocol::sentence(problem)));
+  std::string over;
+  for (const protocol::Problem problem : protocol::list(*logged & ~found))
+    over += (over.empty() ? "" : ", ") + std::string(protocol::name(problem));
+  if (!over.empty()) log::info("vehicle " + vehicle + ": no more " + over);
+  *logged = found;
 }
 
 void Service::answer(const Asked& asked) {
@@ -212,11 +234,16 @@ void Service::answer(const Asked& asked) {
   const Stamp now = clock_->now();
   const auto silent = [&](const pilot::Pilot& pilot) { return now - pilot.intake().last_heard(); };
   const auto stale = [&](const pilot::Pilot& pilot) { return silent(pilot) > options_.stale_after; };
-  if (live && !stale(*live))
-    return refuse(request, Error("busy: vehicle \"" + request.vehicle + "\" has a session whose last state came " +
-                                     text(std::round(1e3 * seconds(silent(*live)))) + " ms ago, expected none for " +
-                                     text(seconds(options_.stale_after)) + " s before another client takes it over",
-                                 ErrorCode::kBusyName, "vehicle"));
+  if (live && !stale(*live)) {
+    const std::string none = "none for " + text(seconds(options_.stale_after)) + " s";
+    Error busy("vehicle \"" + request.vehicle + "\" has a session whose last state came " +
+                   text(std::round(1e3 * seconds(silent(*live)))) + " ms ago, expected " + none +
+                   " before another client takes it over",
+               ErrorCode::kBusyName, "vehicle");
+    busy.value = "\"" + request.vehicle + "\"";
+    busy.expected = "a name without a session, or whose session had no state: " + none;
+    return refuse(request, busy);
+  }
   auto parts = parts_for(request);
   if (!parts) return refuse(request, parts.failure());
 
@@ -229,7 +256,7 @@ void Service::answer(const Asked& asked) {
         if (stale(*pilot) && (!oldest || silent(*pilot) > silent(*oldest))) oldest = pilot;
     }
     if (!oldest)
-      return refuse(request, Error("busy: the server flies " + std::to_string(sessions()) +
+      return refuse(request, Error("the server flies " + std::to_string(sessions()) +
                                        " vehicles, which is its limit (--max-vehicles)",
                                    ErrorCode::kBusyServer));
     end(oldest, "its place was needed and no state came of late",
@@ -250,6 +277,9 @@ Result<pilot::PilotParts> Service::parts_for(const protocol::SessionRequest& req
     for (const auto& [name, unused] : options_.profiles) known += (known.empty() ? "" : ", ") + name;
     return Error::invalid("profile", "\"" + request.profile + "\"", "one of: " + known, ErrorCode::kUnknownName);
   }
+  if (request.actuation.kind == Actuation::Kind::kBodyRates)
+    return Error::invalid("actuation.kind", "1 (collective thrust and body rates)",
+                          "0 (rotor thrusts), the kind that this server's planners fly", ErrorCode::kUnsupported);
   auto planner = factories_.planner(profile->second, request);
   if (!planner) return planner.failure();
   auto sensor = factories_.sensor(request);
@@ -323,11 +353,15 @@ void Service::refuse(const protocol::SessionRequest& request, const Error& why) 
 
 void Service::tell_no(const protocol::SessionRequest& request, const Error& why) {
   protocol::SessionReply reply;
+  reply.version = request.version;
   reply.vehicle = request.vehicle;
   reply.request = request.request;
   reply.accepted = false;
-  reply.reason = why.message.substr(0, protocol::kMaxReasonLength);
+  reply.reason = shown(why.message, protocol::kMaxReasonLength);
   reply.code = why.code;
+  reply.field = shown(why.field, protocol::kMaxFieldLength);
+  reply.value = shown(why.value, protocol::kMaxFieldLength);
+  reply.expected = shown(why.expected, protocol::kMaxFieldLength);
   reply.server = options_.name;
   transport_->send(reply);
 }
@@ -357,6 +391,7 @@ void Service::end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string&
   detach(*pilot);
   if (told) tell_no(pilot->request(), *told);
   transport_->forget(pilot->vehicle());
+  told_.erase(pilot->vehicle());
   log::info("vehicle " + pilot->vehicle() + ": session " + std::to_string(pilot->session()) + " ended, " + why);
 }
 

@@ -65,10 +65,14 @@ struct Factories {
 /// Sessions. A request to join is refused with a code and a sentence, or answered with a session number that goes into
 /// every later sample: 64 random bits, never 0, so that nobody guesses another's. The same request again gets the same
 /// reply again. kBusyName (a session that is heard of has the name) and kBusyServer may be gone a moment later, see
-/// may_pass(); other refusals will not go away by themselves. A session ends when the vehicle leaves, when its request
+/// may_pass(); other refusals will not go away by themselves. A refusal carries the version of who asked. A session ends when the vehicle leaves, when its request
 /// is withdrawn (the middleware says so), when another request with its name comes after `stale_after` without a state,
 /// and after `abandon_after` without one. Whenever the server ends a session by itself it says so with a refusal of the
 /// request that was accepted (kAbandoned, kLeaving): the client then joins anew.
+///
+/// Telemetry goes out every `telemetry_period`, and at once when a session has a problem (PlannerHealth::problems) that
+/// was not told yet: no command need go out for that. The log has a line when a session's problems change, one a second
+/// at most.
 ///
 /// A session is a pilot::Pilot here; nothing in this folder knows how to fly.
 ///
@@ -118,6 +122,14 @@ class Service {
     std::uint64_t request;
   };
 
+  /// What was told of a session's problems.
+  struct Told {
+    std::uint64_t session = 0;
+    protocol::Problems sent = 0;   ///< in the newest telemetry
+    protocol::Problems found = 0;  ///< since the last log
+    protocol::Problems logged = 0;
+  };
+
   void answer(const Asked& asked);
   Result<pilot::PilotParts> parts_for(const protocol::SessionRequest& request) const;
   void accept(pilot::PilotParts parts);
@@ -131,6 +143,8 @@ class Service {
   void end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string& why, const std::optional<Error>& told = {});
   void detach(const pilot::Pilot& pilot);
   void stray(const std::string& vehicle, const char* what);
+  void tell(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now);
+  void log_problems(const std::string& vehicle, protocol::Problems found, protocol::Problems* logged);
   void run();
 
   const ServiceOptions options_;
@@ -153,6 +167,7 @@ class Service {
   log::RateLimiter refusal_log_;
   Stamp next_telemetry_{0};
   Stamp next_log_{0};
+  std::map<std::string, Told> told_;  // by vehicle
 
   std::unique_ptr<ControlPool> control_;
   std::unique_ptr<PerceptionPool> perception_;

@@ -14,6 +14,8 @@
 namespace gatefield::bench {
 namespace {
 
+constexpr double kRadius_m = 6.0;
+
 Eigen::Isometry3d gate_pose(const Eigen::Vector3d& center_W, double yaw_rad) {
   Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
   X_WG.translation() = center_W;
@@ -33,23 +35,31 @@ std::vector<float> image_of_a_gate(const CameraModel& camera) {
   return test::draw_gates(camera, X_WC, {gate_pose({3.0, 0.2, 1.6}, 0.2)}, {});
 }
 
-std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profile& profile, double limit_s) {
+Course circle_course() {
   constexpr int kGates = 6;
-  constexpr double kRadius_m = 6.0;
   Course course;
-  std::vector<Eigen::Isometry3d> gates;
+  course.floor_z_m = 0.0;
   for (int i = 0; i < kGates; ++i) {
     const double turn = 2 * std::numbers::pi * (i + 1) / kGates;
-    const Eigen::Vector3d center_W(kRadius_m * std::cos(turn), kRadius_m * std::sin(turn), 1.6);
     const double yaw_rad = turn + std::numbers::pi / 2;
-    course.waypoints.push_back({center_W, Eigen::Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0), {}});
-    gates.push_back(gate_pose(center_W + Eigen::Vector3d(0.1, -0.1, 0.1), yaw_rad + (i % 2 == 0 ? 0.2 : -0.2)));
+    course.waypoints.push_back(
+        {{kRadius_m * std::cos(turn), kRadius_m * std::sin(turn), 1.6}, {std::cos(yaw_rad), std::sin(yaw_rad), 0}, {}});
+  }
+  return course;
+}
+
+std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profile& profile, double limit_s) {
+  const Course course = circle_course();
+  std::vector<Eigen::Isometry3d> gates;
+  for (const Waypoint& waypoint : course.waypoints) {
+    const double yaw_rad = std::atan2(waypoint.direction_W.y(), waypoint.direction_W.x());
+    gates.push_back(
+        gate_pose(waypoint.p_W + Eigen::Vector3d(0.1, -0.1, 0.1), yaw_rad + (gates.size() % 2 == 0 ? 0.2 : -0.2)));
   }
   const CameraModel camera = default_camera();
   const QuadrotorModel model;
   auto encoders = perception::EncoderPool::create(bundle, 1);
-  auto planner =
-      planner::Planner::create(profile, model, course.waypoints[0].gate, bundle.manifest().cone_angle_rad, 1);
+  auto planner = planner::Planner::create(profile, model, course, bundle.manifest().cone_angle_rad, 1);
   if (!encoders || !planner) return {};
   perception::LearnedSensor sensor(&bundle, kernels::best_backend().prepare(bundle.decoder()), encoders.value().get());
   gates::GateRecords records(course);

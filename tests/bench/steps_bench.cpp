@@ -91,8 +91,8 @@ void step(benchmark::State& state, const StepCase& which) {
   kernels::Crew crew(1);
   const test::CrewThreads others(&crew, which.threads - 1);
   auto planner =
-      planner::Planner::create(shape, QuadrotorModel{}, GateShape{}, shipped(which.model).manifest().cone_angle_rad, 1,
-                               {.crew = &crew, .leave_out = which.leave_out, .backend = which.backend});
+      planner::Planner::create(shape, QuadrotorModel{}, circle_course(), shipped(which.model).manifest().cone_angle_rad,
+                               1, {.crew = &crew, .leave_out = which.leave_out, .backend = which.backend});
   if (!planner) return state.SkipWithError(planner.error().c_str());
   planner::Plan plan;
   std::vector<double> times_s;
@@ -167,8 +167,8 @@ void vehicles(benchmark::State& state, int count) {
       parts.request.course.waypoints = {{moment.input.target.center_W, moment.input.target.axis_W, {}},
                                         {moment.input.next.center_W, moment.input.next.axis_W, {}}};
       parts.session = static_cast<std::uint64_t>(i) + 1;
-      auto planner = planner::Planner::create(shape, parts.request.quadrotor, {}, kGuideConeAngle_rad, parts.session,
-                                              {.crew = &crew});
+      auto planner = planner::Planner::create(shape, parts.request.quadrotor, parts.request.course, kGuideConeAngle_rad,
+                                              parts.session, {.crew = &crew});
       if (!planner) return state.SkipWithError(planner.error().c_str());
       parts.planner = std::move(planner).value();
       parts.sensor = std::make_unique<RecordedSensor>(moment.snapshot.get());
@@ -197,7 +197,7 @@ void vehicles(benchmark::State& state, int count) {
         frame.width_px = 160;
         frame.height_px = 90;
         frame.pixels.assign(160 * 90 * 2, 7);
-        pilot->intake().take_depth(frame);
+        pilot->intake().take_depth(frame, sample.stamp);
         pilot->looking().look();
       }
     };

@@ -60,9 +60,9 @@ std::uint64_t PathFollower::send_depth(Stamp stamp, std::span<const float> depth
   return received().frames.size();
 }
 
-std::uint64_t PathFollower::send_depth_mm(Stamp stamp, std::span<const std::uint16_t> depth_mm) {
+std::uint64_t PathFollower::send_depth_counts(Stamp stamp, std::span<const std::uint16_t> counts) {
   take_frame(stamp, static_cast<std::size_t>(
-                        std::count_if(depth_mm.begin(), depth_mm.end(), [](std::uint16_t d) { return d > 0; })));
+                        std::count_if(counts.begin(), counts.end(), [](std::uint16_t d) { return d > 0; })));
   return received().frames.size();
 }
 
@@ -158,6 +158,12 @@ sdk::Setpoint PathFollower::play(Stamp, const QuadrotorState& state, std::chrono
                                  .cwiseMin(model_.thrust_rate_max_n_s);
   setpoint.rotor_thrust_n = thrust_n;
   return setpoint;
+}
+
+std::optional<sdk::ProblemChange> PathFollower::problem_change() {
+  const std::lock_guard lock(mutex_);
+  if (told_ >= std::min<std::uint64_t>(fresh_, options_.problems.size())) return std::nullopt;
+  return options_.problems[told_++];
 }
 
 sdk::LinkStatistics PathFollower::statistics() const {

@@ -15,9 +15,10 @@ class PathFollower final : public sdk::Client {
  public:
   struct Options {
     double speed_m_s = 4.0;
-    std::uint64_t silent_from = UINT64_MAX;     ///< states from this sequence number on get no answer
-    std::chrono::milliseconds answer_delay{0};  ///< wall clock that an answer takes
-    bool stand_still = false;                   ///< hovers at the start
+    std::uint64_t silent_from = UINT64_MAX;      ///< states from this sequence number on get no answer
+    std::chrono::milliseconds answer_delay{0};   ///< wall clock that an answer takes
+    bool stand_still = false;                    ///< hovers at the start
+    std::vector<sdk::ProblemChange> problems{};  ///< told one by one, one per answer
   };
 
   /// @param gates  as the path shall run through them, in order, round and round
@@ -25,13 +26,15 @@ class PathFollower final : public sdk::Client {
 
   protocol::SessionReply session() const override;
   std::uint64_t send_depth(Stamp stamp, std::span<const float> depth_m) override;
-  std::uint64_t send_depth_mm(Stamp stamp, std::span<const std::uint16_t> depth_mm) override;
+  std::uint64_t send_depth_counts(Stamp stamp, std::span<const std::uint16_t> counts) override;
   std::uint64_t send_state(Stamp stamp, const QuadrotorState& state, bool thrust_known) override;
   std::optional<protocol::ThrustRateCommand> newest() override;
   std::optional<protocol::ThrustRateCommand> wait_for_answer(std::uint64_t state_sequence,
                                                              std::chrono::milliseconds timeout) override;
   sdk::Setpoint play(Stamp now, const QuadrotorState& state, std::chrono::nanoseconds period) override;
   sdk::LinkStatistics statistics() const override;
+  protocol::Problems problems() const override { return 0; }
+  std::optional<sdk::ProblemChange> problem_change() override;
   std::optional<protocol::Telemetry> telemetry() override { return std::nullopt; }
 
   /// What came in, for tests.
@@ -53,6 +56,7 @@ class PathFollower final : public sdk::Client {
   mutable std::mutex mutex_;
   Received received_;
   std::uint64_t fresh_ = 0, taken_ = 0;
+  std::size_t told_ = 0;
   std::optional<Eigen::Vector3d> hold_W_;
   Stamp last_answered_{0};
 };

@@ -4,7 +4,8 @@
 
 namespace gatefield::planner {
 
-/// Keeps off the floor and below the ceiling: weight sum_k (metres outside [min, max]).
+/// Keeps off the floor and below the ceiling: weight sum_k (metres outside [lowest, highest]), the heights that the
+/// profile permits above the course's reference.
 class AltitudeCost final : public CostTerm {
  public:
   explicit AltitudeCost(const Profile& profile) noexcept;
@@ -14,8 +15,6 @@ class AltitudeCost final : public CostTerm {
 
  private:
   float weight_;
-  float min_m_;
-  float max_m_;
 };
 
 }  // namespace gatefield::planner

@@ -21,6 +21,8 @@ struct Guidance {
   float distance_m = 0;          ///< D
   float detour_m = 0;            ///< |b - f| + D
   float cone_slope = 1;          ///< tan of the cone's half angle
+  /// From here on a point counts as beyond the plane: a little later, so that the crossing itself sees no step.
+  float beyond_m = 0.3f;
   bool funnel = false;
 
   float along(float x, float y, float z) const noexcept { return (x - cx) * ax + (y - cy) * ay + (z - cz) * az; }
@@ -33,12 +35,9 @@ struct Guidance {
     const float lateral = std::sqrt(std::max(0.0f, squared - x_axis * x_axis));
     const float to_front = std::sqrt((x - fx) * (x - fx) + (y - fy) * (y - fy) + (z - fz) * (z - fz)) + distance_m;
     const float around = std::sqrt((x - bx) * (x - bx) + (y - by) * (y - by) + (z - bz) * (z - bz)) + detour_m;
-    const float outside = x_axis > kBeyond_m ? around : to_front;
+    const float outside = x_axis > beyond_m ? around : to_front;
     return !funnel || lateral <= -x_axis * cone_slope ? direct : outside;
   }
-
-  /// A little beyond the plane counts as beyond, so that the crossing itself sees no step.
-  static constexpr float kBeyond_m = 0.3f;
 };
 
 /// Makes the potential of a gate. `side` (+1 or -1) chooses on which side the detour leads around.

@@ -42,8 +42,9 @@ GATEFIELD_MULTIVERSION void deepest(const Guidance& gate_in, const Frame& frame_
 void PassedFrameCost::accumulate(const PlanContext& context, const RolloutBatch& batch,
                                  std::span<float> cost) const noexcept {
   if (!context.has_passed_gate) return;
-  const passed_frame::Frame frame{context.slab_half_m, context.inner_half_m, context.crossing_need_m,
-                                  -(context.frame_width_m + context.crossing_need_m)};
+  const FrameSize& size = context.passed_frame;
+  const passed_frame::Frame frame{size.slab_half_m, size.inner_half_m, context.crossing_need_m,
+                                  -(size.width_m + context.crossing_need_m)};
   constexpr int kChunk = 128;
   std::array<float, kChunk> least;
   for (int first = 0; first < batch.stride; first += kChunk) {

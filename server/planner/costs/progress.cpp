@@ -25,13 +25,13 @@ GATEFIELD_MULTIVERSION void squared(const Guidance& target, float start, float w
 }
 
 GATEFIELD_MULTIVERSION void distance(const Guidance& target_in, const Guidance& next_in, float start,
-                                     float next_at_center, float weight, const float* x, const float* y, const float* z,
-                                     const float* through, int count, float* cost) noexcept {
+                                     float next_at_opening, float weight, const float* x, const float* y,
+                                     const float* z, const float* through, int count, float* cost) noexcept {
   const Guidance target = target_in, next = next_in;  // local copies: no aliasing with cost
   for (int m = 0; m < count; ++m) {
     const float before = target.potential(x[m], y[m], z[m]);
     const float out = std::clamp(target.along(x[m], y[m], z[m]), 0.0f, kOut_m);
-    const float beyond = next.potential(x[m], y[m], z[m]) - next_at_center - out;
+    const float beyond = next.potential(x[m], y[m], z[m]) - next_at_opening - out;
     cost[m] += weight * ((through[m] > 0.5f ? beyond : before) - start);
   }
 }
@@ -53,8 +53,11 @@ void ProgressCost::accumulate(const PlanContext& context, const RolloutBatch& ba
   }
   const float start = target.potential(p0.x(), p0.y(), p0.z());
   if (switch_in_rollout_ && context.has_next) {
-    progress::distance(target, context.next, start, context.next.potential(target.cx, target.cy, target.cz), weight_, x,
-                       y, z, batch.through_row(last), batch.stride, cost.data());
+    const float from_m = context.next_from_m;
+    const float next_at_opening = context.next.potential(target.cx + from_m * target.ax, target.cy + from_m * target.ay,
+                                                         target.cz + from_m * target.az);
+    progress::distance(target, context.next, start, next_at_opening, weight_, x, y, z, batch.through_row(last),
+                       batch.stride, cost.data());
     return;
   }
   // The last gate: beyond it, straight on counts as progress, or the vehicle would brake in the opening.

@@ -63,8 +63,8 @@ class Echo final : private dds::ServerHandler {
     if (frame.sequence > kWarmFrames) under_way_s_.push_back(under_way_s);
   }
   void on_vehicle_gone(const std::string&, std::uint64_t) override {}
-  void on_rejected(dds::Topic topic, const std::string&, const std::string& reason) override {
-    std::fprintf(stderr, "gatefield-dds-bench: %s: %s\n", dds::topic_name(topic), reason.c_str());
+  void on_rejected(dds::Topic topic, const std::string&, const Error& why) override {
+    std::fprintf(stderr, "gatefield-dds-bench: %s: %s\n", dds::topic_name(topic), why.message.c_str());
   }
 
   std::mutex mutex_;

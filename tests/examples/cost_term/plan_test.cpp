@@ -28,7 +28,9 @@ double largest_tilt_rad(const Profile& profile) {
   QuadrotorState state;
   state.p_WB = {0, 0, 1.5};
   state.thrust_n = state.thrust_command_n = hover_thrust_n(QuadrotorModel{});
-  auto planner = Planner::create(profile, QuadrotorModel{}, GateShape{}, kGuideConeAngle_rad, 1);
+  Course course;
+  course.waypoints = {{{40, 0, 1.5}, {1, 0, 0}}};
+  auto planner = Planner::create(profile, QuadrotorModel{}, course, kGuideConeAngle_rad, 1);
   EXPECT_TRUE(planner.ok());
   PlanInput input;
   input.start = state;

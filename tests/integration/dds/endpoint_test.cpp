@@ -21,6 +21,7 @@
 #include "common/dds/server_endpoint.h"
 #include "common/dds/writer.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
+#include "tests/integration/dds/raw_type.h"
 #include "tests/support/dds_domain.h"
 #include "tests/support/messages.h"
 
@@ -57,7 +58,7 @@ struct RecordingServer : ServerHandler, Log {
   std::vector<protocol::VehicleState> states;
   std::vector<protocol::DepthFrame> frames;
   std::vector<std::pair<std::string, std::uint64_t>> gone;
-  std::vector<std::pair<Topic, std::string>> rejected;
+  std::vector<std::pair<Topic, Error>> rejected;
 
   void on_session_request(const protocol::SessionRequest& request, const Status& verdict) override {
     change([&] { requests.emplace_back(request, verdict.error()); });
@@ -74,8 +75,8 @@ struct RecordingServer : ServerHandler, Log {
   void on_vehicle_gone(const std::string& vehicle, std::uint64_t request) override {
     change([&] { gone.emplace_back(vehicle, request); });
   }
-  void on_rejected(Topic topic, const std::string&, const std::string& reason) override {
-    change([&] { rejected.emplace_back(topic, reason); });
+  void on_rejected(Topic topic, const std::string&, const Error& why) override {
+    change([&] { rejected.emplace_back(topic, why); });
   }
 };
 
@@ -461,24 +462,16 @@ TEST(BadInput, RequestsComeWithTheSentenceToRefuseThem) {
   writer->write([&](auto* sample) { to_wire(bad, sample); });
   ASSERT_TRUE(log.wait([&] { return !log.rejected.empty(); }));
   EXPECT_EQ(log.rejected[0].first, Topic::kSessionRequest);
-}
+  EXPECT_EQ(log.rejected[0].second.field, "vehicle");
 
-// Writes any bytes as a sample of a type.
-template <typename Generated>
-class RawType : public WireType<Generated> {
- public:
-  static inline std::vector<std::uint8_t> bytes;
-  bool serialize(void*, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override {
-    if (bytes.size() > payload->max_size) return false;
-    std::copy(bytes.begin(), bytes.end(), payload->data);
-    payload->length = static_cast<std::uint32_t>(bytes.size());
-    payload->encapsulation = CDR_LE;
-    return true;
-  }
-  std::function<std::uint32_t()> getSerializedSizeProvider(void*) override {
-    return [] { return static_cast<std::uint32_t>(bytes.size()); };
-  }
-};
+  auto states = must(Writer<wire::VehicleStatePubSubType>::open(participant.get(), Topic::kVehicleState));
+  protocol::VehicleState skewed = test::good_state();
+  skewed.state.v_WB.x() = 1e9;
+  ASSERT_TRUE(send_until([&] { states->write([&](auto* sample) { to_wire(skewed, sample); }); },
+                         [&](auto limit) { return log.wait([&] { return log.rejected.size() > 1; }, limit); }));
+  EXPECT_EQ(log.rejected[1].second.code, ErrorCode::kInvalid);
+  EXPECT_EQ(log.rejected[1].second.field, "v_WB");
+}
 
 // Sends garbage on one topic, then good samples, which must still get through.
 template <typename Generated, typename Message, typename Count>

@@ -78,6 +78,18 @@ TEST(Refusal, AnUnknownProfileAndAnImpossibleVehicleAreRefusedByTheServer) {
   expect_says(heavy, "thrust_max_n");
 }
 
+TEST(Refusal, AVehicleDrivenByBodyRatesIsRefusedByTheServer) {
+  Programs programs("rates");
+  Process server = programs.server("server.log");
+  const auto vehicle = programs.file("rates.txt");
+  std::filesystem::copy(kDeploy / "config/vehicles/racer.txt", vehicle);
+  std::ofstream(vehicle, std::ios::app) << "actuation { kind: BODY_RATES thrust_time_constant_s: 0.03\n"
+                                           "            rate_time_constant_s { x: 0.02 y: 0.02 z: 0.1 } }\n";
+  Process sim = programs.simulator("sim.log", {"--scenario", "circle-0.3m", "--vehicle", vehicle.string()});
+  EXPECT_EQ(sim.wait(20s).value_or(0), 3) << sim.output();
+  expect_says(sim, "actuation.kind is 1 (collective thrust and body rates), expected 0 (rotor thrusts)");
+}
+
 TEST(Refusal, NoServerIsSaidWithinTheTimeOut) {
   Programs programs("noserver");
   Process sim = programs.simulator("sim.log", {"--scenario", "circle-0.3m", "--connect-timeout", "1"});

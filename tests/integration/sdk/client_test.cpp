@@ -65,6 +65,10 @@ TEST(Connect, ARefusalIsTheError) {
         auto reply = test::good_reply(request.vehicle, request.request);
         reply.accepted = false;
         reply.session = 0;
+        reply.code = ErrorCode::kUnknownName;
+        reply.field = "profile";
+        reply.value = "\"race\"";
+        reply.expected = "paper";
         reply.reason = "profile is \"race\", expected paper";
         return std::optional(reply);
       },
@@ -72,6 +76,24 @@ TEST(Connect, ARefusalIsTheError) {
   const auto client = Client::connect(options());
   ASSERT_FALSE(client.ok());
   EXPECT_EQ(client.error(), "profile is \"race\", expected paper");
+  EXPECT_EQ(client.failure().code, ErrorCode::kUnknownName);
+  EXPECT_EQ(client.failure().field, "profile");
+  EXPECT_EQ(client.failure().value, "\"race\"");
+  EXPECT_EQ(client.failure().expected, "paper");
+}
+
+TEST(Connect, TheServerLearnsHowTheVehicleIsDriven) {
+  ScriptedServer server("planner-1", accept_as(50), answer);
+  Options rates = options();
+  rates.actuation.kind = Actuation::Kind::kBodyRates;
+  rates.actuation.thrust_time_constant_s = 0.03;
+  rates.actuation.rate_time_constant_s = Eigen::Vector3d(0.02, 0.02, 0.1);
+  must_connect(rates);
+  ASSERT_TRUE(server.wait([&] { return !server.requests.empty(); }));
+  const Actuation heard = server.requests.front().actuation;
+  EXPECT_EQ(heard.kind, Actuation::Kind::kBodyRates);
+  EXPECT_EQ(heard.thrust_time_constant_s, 0.03);
+  EXPECT_EQ(heard.rate_time_constant_s, rates.actuation.rate_time_constant_s);
 }
 
 TEST(Connect, BusyIsTriedAgainUntilItPasses) {
@@ -130,8 +152,8 @@ TEST(Fly, StateDepthCommandTelemetryAndStatistics) {
   EXPECT_EQ(client->session().server, "planner-1");
   EXPECT_FALSE(client->newest().has_value());
 
-  const std::vector<std::uint16_t> depth_mm(160 * 90, 2500);
-  EXPECT_EQ(client->send_depth_mm(1s, depth_mm), 1u);
+  const std::vector<std::uint16_t> counts(160 * 90, 2500);
+  EXPECT_EQ(client->send_depth_counts(1s, counts), 1u);
   EXPECT_EQ(client->send_depth(1s, std::vector<float>(10)), 0u) << "a size that is not the camera's";
   const std::uint64_t sequence = client->send_state(1s, test::good_state().state);
   EXPECT_EQ(sequence, 1u);
@@ -174,6 +196,45 @@ TEST(Fly, StateDepthCommandTelemetryAndStatistics) {
     heard = client->telemetry();
   }
   EXPECT_TRUE(heard.has_value());
+}
+
+TEST(Fly, WhatTheServerFindsWrongIsTold) {
+  using protocol::bit, protocol::Problem;
+  std::atomic<protocol::Problems> wrong{bit(Problem::kStatesLookNed)};
+  ScriptedServer server("planner-1", accept_as(50), [&](const protocol::VehicleState& state) {
+    auto command = answer_to(state);
+    command.health.problems = wrong;
+    return std::optional(command);
+  });
+  auto client = must_connect();
+  EXPECT_EQ(client->problems(), 0u);
+  EXPECT_FALSE(client->problem_change().has_value());
+
+  ASSERT_TRUE(client->wait_for_answer(client->send_state(1s, test::good_state().state), 2s).has_value());
+  EXPECT_EQ(client->problems(), bit(Problem::kStatesLookNed));
+  const auto began = client->problem_change();
+  ASSERT_TRUE(began.has_value());
+  EXPECT_EQ(began->problem, Problem::kStatesLookNed);
+  EXPECT_TRUE(began->began);
+  EXPECT_FALSE(client->problem_change().has_value());
+
+  wrong = 0;
+  ASSERT_TRUE(client->wait_for_answer(client->send_state(2s, test::good_state().state), 2s).has_value());
+  EXPECT_EQ(client->problems(), 0u);
+  const auto ended = client->problem_change();
+  ASSERT_TRUE(ended.has_value());
+  EXPECT_EQ(ended->problem, Problem::kStatesLookNed);
+  EXPECT_FALSE(ended->began);
+
+  // A server that withholds its plans has only telemetry to say so.
+  auto telemetry = test::good_telemetry();
+  telemetry.session = 50;
+  telemetry.health.problems = bit(Problem::kPlanThrust);
+  for (int i = 0; i < 50 && client->problems() == 0; ++i) {
+    server.send(telemetry);
+    std::this_thread::sleep_for(20ms);
+  }
+  EXPECT_EQ(client->problems(), bit(Problem::kPlanThrust));
 }
 
 TEST(Fly, AnAnswerComesAlthoughStatesAreLost) {
@@ -229,7 +290,7 @@ TEST(Fly, CommandsOfAnotherSessionAreDropped) {
 TEST(Restart, AServerThatComesBackIsJoinedWithoutACall) {
   auto server = std::make_unique<ScriptedServer>("planner-1", accept_as(50), answer);
   auto client = must_connect();
-  client->send_depth_mm(1s, std::vector<std::uint16_t>(160 * 90, 3000));
+  client->send_depth_counts(1s, std::vector<std::uint16_t>(160 * 90, 3000));
   ASSERT_TRUE(client->wait_for_answer(client->send_state(1s, test::good_state().state), 2s).has_value());
   server.reset();
   server = std::make_unique<ScriptedServer>("planner-1", accept_as(60), answer);

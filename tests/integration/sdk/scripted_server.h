@@ -113,8 +113,8 @@ class ScriptedServer : private dds::ServerHandler {
   void on_vehicle_gone(const std::string& vehicle, std::uint64_t) override {
     see([&] { gone.push_back(vehicle); });
   }
-  void on_rejected(dds::Topic topic, const std::string& vehicle, const std::string& reason) override {
-    ADD_FAILURE() << dds::topic_name(topic) << " " << vehicle << ": " << reason;
+  void on_rejected(dds::Topic topic, const std::string& vehicle, const Error& why) override {
+    ADD_FAILURE() << dds::topic_name(topic) << " " << vehicle << ": " << why.message;
   }
 
   OnRequest on_request_;

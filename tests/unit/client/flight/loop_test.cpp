@@ -71,7 +71,7 @@ class FakeClient final : public sdk::Client {
     return reply;
   }
   std::uint64_t send_depth(Stamp stamp, std::span<const float>) override { return take_frame(stamp); }
-  std::uint64_t send_depth_mm(Stamp stamp, std::span<const std::uint16_t>) override { return take_frame(stamp); }
+  std::uint64_t send_depth_counts(Stamp stamp, std::span<const std::uint16_t>) override { return take_frame(stamp); }
   std::uint64_t send_state(Stamp stamp, const QuadrotorState& state, bool thrust_known) override {
     sent.push_back({clock_.now(), stamp, state, thrust_known});
     return sent.size();
@@ -87,7 +87,7 @@ class FakeClient final : public sdk::Client {
     ADD_FAILURE() << "a real-time loop waits for no answer";
     return std::nullopt;
   }
-  sdk::Setpoint play(Stamp now, const QuadrotorState&) override {
+  sdk::Setpoint play(Stamp now, const QuadrotorState&, std::chrono::nanoseconds) override {
     played.push_back(now);
     sdk::Setpoint setpoint;
     setpoint.source = now < fallback_from ? sdk::Setpoint::Source::kPlan : sdk::Setpoint::Source::kFallback;
@@ -95,6 +95,8 @@ class FakeClient final : public sdk::Client {
     return setpoint;
   }
   sdk::LinkStatistics statistics() const override { return {}; }
+  protocol::Problems problems() const override { return 0; }
+  std::optional<sdk::ProblemChange> problem_change() override { return std::nullopt; }
   std::optional<protocol::Telemetry> telemetry() override { return std::nullopt; }
 
  private:
@@ -319,12 +321,12 @@ class FakeCamera final : public DepthSource {
     std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(timeout, 1ms));
     caller = std::this_thread::get_id();
     if (++count % 3 == 0) return std::nullopt;
-    if (count % 3 == 1) return DepthFrame{Stamp{count}, std::span<const std::uint16_t>(millimetres)};
+    if (count % 3 == 1) return DepthFrame{Stamp{count}, std::span<const std::uint16_t>(counts)};
     return DepthFrame{Stamp{count}, std::span<const float>(metres)};
   }
   int count = 0;
   std::thread::id caller;
-  std::vector<std::uint16_t> millimetres = std::vector<std::uint16_t>(16, 1000);
+  std::vector<std::uint16_t> counts = std::vector<std::uint16_t>(16, 1000);
   std::vector<float> metres = std::vector<float>(16, 1.0f);
 };
 

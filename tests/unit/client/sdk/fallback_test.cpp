@@ -103,6 +103,14 @@ TEST(Fallback, BeginsAnewAfterAPlan) {
   EXPECT_NEAR(flight.end.p_WB.z(), 5, 0.01);
 }
 
+TEST(Fallback, AClockThatBeginsAnewDoesNotKeepItFromDescending) {
+  const QuadrotorModel model;
+  Fallback fallback(model);
+  const Flight held = fly(&fallback, model, hovering(model), 1000s, 1s);
+  const Flight sunk = fly(&fallback, model, held.end, 0s, 7s);
+  EXPECT_NEAR(sunk.end.p_WB.z(), 5 - 4 * Fallback::kDescent_m_s, 0.3);
+}
+
 TEST(Fallback, RecoversFromRacingAttitudesAndRates) {
   // What a racing drone may be in when the link breaks: up to 80 deg of tilt, 4 rad/s, 8 m/s, turning hard.
   const QuadrotorModel model;

@@ -20,10 +20,13 @@ TEST(Summary, ShowsWhatTheServerToldRightAfterTheResult) {
   Report report;
   report.sentence = "got stuck before gate 1";
   EXPECT_THAT(summarize(report), Not(HasSubstr("Problem")));
-  report.problems = {"no gate seen where one should be", "plans are withheld"};
-  EXPECT_THAT(summarize(report), HasSubstr("Result        got stuck before gate 1\n"
-                                           "Problem       no gate seen where one should be\n"
-                                           "Problem       plans are withheld\n"));
+  report.problems = {{0.625, protocol::Problem::kVelocityAgainstMotion}, {12.5, protocol::Problem::kDelayLong}};
+  EXPECT_THAT(
+      summarize(report),
+      HasSubstr("Result        got stuck before gate 1\n"
+                "Problem       at 0.62 s: the velocity sent is not the change of the position sent: check frame and "
+                "unit of v_WB\n"
+                "Problem       at 12.50 s: the delay is longer than the 0.4 s that the planner makes up for\n"));
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ TEST(SimulatedLink, WithoutDelayWhatIsSentIsThereAtOnce) {
   EXPECT_FALSE(link.take_state(10s)) << "once";
   const auto frame = link.take_frame(10s);
   ASSERT_TRUE(frame);
-  EXPECT_EQ(frame->millimetres, (std::vector<std::uint16_t>{7, 8}));
+  EXPECT_EQ(frame->counts, (std::vector<std::uint16_t>{7, 8}));
   EXPECT_FALSE(link.take_frame(10s));
 }
 

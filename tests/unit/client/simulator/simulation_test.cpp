@@ -200,11 +200,60 @@ TEST(DepthSensors, ThePairOfCamerasSeesAboutTheSameAndRepeatsItself) {
   EXPECT_GT(near, both * 8 / 10);
 }
 
-TEST(Lockstep, MetresAndMillimetresCarryTheSamePixels) {
+TEST(DepthSensors, CountsAreOfTheCamerasUnit) {
+  auto scenario = circle();
+  DepthSensor millimetres(truth(scenario), scenario);
+  scenario.vehicle.camera.metres_per_count = 0.00025;
+  DepthSensor quarters(truth(scenario), scenario);
+  const Eigen::Isometry3d X_WB = Eigen::Isometry3d(Eigen::Translation3d(start_state(scenario).p_WB));
+  const scene::DepthImage& image = millimetres.capture(X_WB);
+  quarters.capture(X_WB);
+  for (std::size_t i = 0; i < image.depth_m.size(); ++i) {
+    ASSERT_EQ(millimetres.counts()[i], std::lround(image.depth_m[i] * 1000.0f)) << i;
+    ASSERT_EQ(quarters.counts()[i], std::min(std::lround(image.depth_m[i] * 4000.0f), 65535L)) << i;
+  }
+}
+
+TEST(Lockstep, ToldProblemsAreReportedOnceWithTheirTime) {
+  auto scenario = circle();
+  scenario.time_limit = std::chrono::milliseconds(300);
+  using protocol::Problem;
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor,
+                            {.problems = {{Problem::kStatesLookNed, true},
+                                          {Problem::kStatesLookNed, false},
+                                          {Problem::kDepthMissing, true},
+                                          {Problem::kStatesLookNed, true}}});
+  std::vector<HeardProblem> told;
+  const auto report =
+      fly(scenario, {}, &client, kGoOn, {}, [&told](const HeardProblem& heard) { told.push_back(heard); });
+  ASSERT_TRUE(report.ok()) << report.error();
+  ASSERT_EQ(report->problems.size(), 2u);
+  EXPECT_EQ(report->problems[0].problem, Problem::kStatesLookNed);
+  EXPECT_DOUBLE_EQ(report->problems[0].race_time_s, 0.0);
+  EXPECT_EQ(report->problems[1].problem, Problem::kDepthMissing);
+  EXPECT_DOUBLE_EQ(report->problems[1].race_time_s, 0.04);
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[1].problem, Problem::kDepthMissing);
+  EXPECT_THAT(summarize(*report), HasSubstr("Problem       at 0.04 s: no usable depth frame"));
+}
+
+TEST(RealTime, ToldProblemsAreReported) {
+  auto scenario = circle();
+  scenario.time_limit = std::chrono::milliseconds(500);
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor,
+                            {.problems = {{protocol::Problem::kDelayLong, true}}});
+  Options options;
+  options.timing = protocol::Timing::kRealTime;
+  const Report report = race(scenario, options, &client);
+  ASSERT_EQ(report.problems.size(), 1u);
+  EXPECT_EQ(report.problems[0].problem, protocol::Problem::kDelayLong);
+}
+
+TEST(Lockstep, MetresAndCountsCarryTheSamePixels) {
   auto scenario = circle();
   scenario.time_limit = std::chrono::milliseconds(300);
   Options metres;
-  metres.depth_in_millimetres = false;
+  metres.depth_in_counts = false;
   test::PathFollower a(truth(scenario), scenario.vehicle.quadrotor, {}),
       b(truth(scenario), scenario.vehicle.quadrotor, {});
   race(scenario, metres, &a);

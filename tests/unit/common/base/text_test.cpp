@@ -36,6 +36,12 @@ TEST(Text, SaysTimesAsAClockDoes) {
 
 TEST(Text, WritesBitsAsSixteenDigits) { EXPECT_EQ(hex(0xabcu), "0000000000000abc"); }
 
+TEST(Shown, LeavesOutWhatDoesHarmAndWhatDoesNotFit) {
+  EXPECT_EQ(shown("a\x1b[2J\nb\x7f", 100), "a?[2J?b?");
+  EXPECT_EQ(shown("abcdef", 3), "abc");
+  EXPECT_EQ(shown("", 3), "");
+}
+
 TEST(Printable, IsFalseForControlCharacters) {
   EXPECT_TRUE(printable("M\xc3\xbcller 1"));
   EXPECT_FALSE(printable("a\nb"));

@@ -45,6 +45,10 @@ TEST(VehicleFile, TheRacerIsTheVehicleOfTheDefaults) {
   EXPECT_NEAR(vehicle->camera.fx_px, camera.fx_px, 1e-9);
   EXPECT_NEAR(vehicle->camera.fy_px, camera.fy_px, 1e-9);
   EXPECT_EQ(vehicle->camera.max_depth_m, camera.max_depth_m);
+  EXPECT_EQ(vehicle->camera.metres_per_count, camera.metres_per_count);
+  EXPECT_EQ(vehicle->camera.distortion_model, CameraModel::Distortion::kNone);
+  EXPECT_EQ(vehicle->actuation.kind, Actuation::Kind::kRotorThrusts);
+  EXPECT_EQ(model.body_rate_max_rad_s, expected.body_rate_max_rad_s);
   EXPECT_TRUE(vehicle->camera.X_BC.isApprox(camera.X_BC, 1e-12));
 }
 
@@ -197,6 +201,74 @@ camera { width_px: 160 height_px: 120 fx_px: 382.5 fy_px: 382.5 cx_px: 320 cy_px
 TEST(VehicleFile, DragThatNoStepCanFollowIsRefused) {
   EXPECT_THAT(error_with("z: 0.25", "z: 100"), HasSubstr("vehicle.drag_kg_s[2] is 100, expected 0 to 4.15 kg/s"));
   EXPECT_EQ(error_with("z: 0.25", "z: 4.1"), "accepted");
+}
+
+Vehicle must_load(const std::string& text) {
+  auto vehicle = load(text);
+  EXPECT_TRUE(vehicle.ok()) << vehicle.error();
+  return std::move(vehicle).value();
+}
+
+TEST(VehicleFile, IntrinsicsOfOpenCvAndRosFitAfterAddingAHalf) {
+  // There the ray through pixel (u, v) is ((u - cx) / fx, (v - cy) / fy, 1).
+  constexpr double kF = 120.0, kCx = 79.5, kCy = 44.5;
+  std::string text = replaced(racer(), "horizontal_fov_deg: 87", "fx_px: 120 fy_px: 120");
+  text = replaced(text, "vertical_fov_deg: 58", "cx_px: 80 cy_px: 45");
+  const CameraModel camera = must_load(text).camera;
+  for (const auto& [u, v] : {std::pair(0, 0), std::pair(159, 89), std::pair(31, 17)})
+    EXPECT_EQ(camera.ray_C(u, v), Eigen::Vector3d((u - kCx) / kF, (v - kCy) / kF, 1)) << u << ", " << v;
+  EXPECT_EQ(Eigen::Vector3d(camera.ray_C(0, 0) + camera.ray_C(159, 89)), Eigen::Vector3d(0, 0, 2))
+      << "the middle of 160 x 90 pixels lies between the 80th and the 81st";
+}
+
+TEST(VehicleFile, TheUnitOfDepthIsReadAndChecked) {
+  EXPECT_EQ(must_load(replaced(racer(), "rate_hz: 60", "rate_hz: 60 metres_per_count: 0.0005")).camera.metres_per_count,
+            0.0005);
+  EXPECT_THAT(error_with("rate_hz: 60", "rate_hz: 60 metres_per_count: 1"),
+              HasSubstr("camera.metres_per_count is 1, expected 1e-6 to 0.1 m"));
+}
+
+TEST(VehicleFile, DistortionIsReadAndRefusedWhereItMatters) {
+  const CameraModel camera =
+      must_load(
+          replaced(racer(), "rate_hz: 60",
+                   "rate_hz: 60 distortion { model: BROWN_CONRADY k1: 1e-3 k2: 2e-4 p1: 3e-4 p2: 4e-4 k3: 5e-5 }"))
+          .camera;
+  EXPECT_EQ(camera.distortion_model, CameraModel::Distortion::kBrownConrady);
+  EXPECT_EQ(camera.distortion, (std::array<double, 5>{1e-3, 2e-4, 3e-4, 4e-4, 5e-5})) << "in OpenCV's order";
+  EXPECT_THAT(error_with("rate_hz: 60", "rate_hz: 60 distortion { model: BROWN_CONRADY k1: -0.3 }"),
+              HasSubstr("camera.distortion is one that moves a pixel by "));
+  EXPECT_EQ(error_with("rate_hz: 60", "rate_hz: 60 distortion { model: NONE }"), "accepted");
+  EXPECT_EQ(error_with("rate_hz: 60", "rate_hz: 60 distortion { model: NONE k1: 0 }"), "accepted");
+  EXPECT_THAT(error_with("rate_hz: 60", "rate_hz: 60 distortion { model: NONE k1: -0.3 }"),
+              HasSubstr("camera.distortion.model is NONE, expected BROWN_CONRADY"));
+}
+
+TEST(VehicleFile, LimitsOfBodyRatesAreReadAndChecked) {
+  const auto vehicle = must_load(
+      replaced(racer(), "collision_radius_m: 0.13", "collision_radius_m: 0.13 body_rate_max_rad_s { x: 9 y: 8 z: 3 }"));
+  EXPECT_EQ(vehicle.quadrotor.body_rate_max_rad_s, Eigen::Vector3d(9, 8, 3));
+  EXPECT_THAT(error_with("collision_radius_m: 0.13", "collision_radius_m: 0.13 body_rate_max_rad_s { x: -1 }"),
+              HasSubstr("vehicle.body_rate_max_rad_s"));
+}
+
+TEST(VehicleFile, TheKindOfActuationIsReadAndChecked) {
+  const auto with = [](const std::string& actuation) { return racer() + "\nactuation { " + actuation + " }\n"; };
+  const Actuation rates =
+      must_load(with("kind: BODY_RATES thrust_time_constant_s: 0.03 rate_time_constant_s { x: 0.02 y: 0.02 z: 0.1 }"))
+          .actuation;
+  EXPECT_EQ(rates.kind, Actuation::Kind::kBodyRates);
+  EXPECT_EQ(rates.thrust_time_constant_s, 0.03);
+  EXPECT_EQ(rates.rate_time_constant_s, Eigen::Vector3d(0.02, 0.02, 0.1));
+  EXPECT_EQ(must_load(with("kind: ROTOR_THRUSTS")).actuation.kind, Actuation::Kind::kRotorThrusts);
+
+  const auto incomplete = load(with("kind: BODY_RATES thrust_time_constant_s: 0.03"));
+  ASSERT_FALSE(incomplete.ok());
+  EXPECT_EQ(incomplete.failure().field, "actuation.rate_time_constant_s[0]");
+  EXPECT_THAT(incomplete.error(), HasSubstr("actuation.rate_time_constant_s[0] is 0 s, expected 0.001 to 1 s"));
+  const auto rotors = load(with("thrust_time_constant_s: 0.03"));
+  ASSERT_FALSE(rotors.ok());
+  EXPECT_THAT(rotors.error(), HasSubstr("expected 0 for a vehicle driven by rotor thrusts"));
 }
 
 }  // namespace

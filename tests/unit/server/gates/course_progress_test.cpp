@@ -53,6 +53,57 @@ TEST(CourseProgress, AnUnseenGateMayBeFarFromItsWaypoint) {
   EXPECT_TRUE(progress.update({7.2, 1, 1.5}, gate));
 }
 
+/// A gate that is passed twice along +x, and once more the other way.
+Course one_gate_thrice() {
+  Course course;
+  course.closed = false;
+  course.waypoints = {
+      {{5, 0, 1.5}, {1, 0, 0}, {}, 1}, {{5, 0, 1.5}, {1, 0, 0}, {}, 1}, {{5, 0, 1.5}, {-1, 0, 0}, {}, 1}};
+  return course;
+}
+
+TEST(CourseProgress, OneGateTwiceInARowCountsOnceMoreFromInFrontOfItOnly) {
+  CourseProgress progress(one_gate_thrice());
+  GateBelief gate = progress.nominal(0);
+  gate.seen = true;
+  progress.update({4.9, 0, 1.5}, gate);
+  ASSERT_TRUE(progress.update({5.02, 0, 1.5}, gate));
+  gate.center_W.x() = 5.05;  // the newest frame places it farther on
+  EXPECT_FALSE(progress.update({5.03, 0, 1.5}, gate));
+  EXPECT_FALSE(progress.update({5.12, 0, 1.5}, gate)) << "the same passage";
+  EXPECT_FALSE(progress.update({6.0, 1.5, 1.5}, gate));
+  EXPECT_FALSE(progress.update({4.0, 1.5, 1.5}, gate));
+  EXPECT_FALSE(progress.update({4.5, 0, 1.5}, gate));
+  EXPECT_TRUE(progress.update({5.2, 0, 1.5}, gate));
+  EXPECT_EQ(progress.target(), 2u);
+
+  gate.axis_W = progress.nominal(2).axis_W;  // and back
+  EXPECT_FALSE(progress.update({5.1, 0, 1.5}, gate));
+  EXPECT_FALSE(progress.update({5.3, 0, 1.5}, gate));
+  EXPECT_TRUE(progress.update({4.9, 0, 1.5}, gate));
+  EXPECT_TRUE(progress.done());
+}
+
+TEST(CourseProgress, ALapOfOneGateIsOneGateInARow) {
+  Course course = one_gate_thrice();
+  course.waypoints.resize(1);
+  course.laps = 2;
+  CourseProgress progress(course);
+  GateBelief gate = progress.nominal(0);
+  gate.seen = true;
+  progress.update({4.9, 0, 1.5}, gate);
+  ASSERT_TRUE(progress.update({5.02, 0, 1.5}, gate));
+  EXPECT_EQ(progress.lap(), 1u);
+  gate.center_W.x() = 5.05;
+  EXPECT_FALSE(progress.update({5.12, 0, 1.5}, gate));
+
+  // Whoever takes over behind it has the way around before him: nobody can tell that it was done already.
+  CourseProgress resumed(course);
+  resumed.resume(0, 1);
+  EXPECT_FALSE(resumed.update({6.0, 0, 1.5}, gate));
+  EXPECT_EQ(resumed.lap(), 1u);
+}
+
 TEST(CourseProgress, CountsLapsAndEnds) {
   CourseProgress progress(square_course(2));
   for (int lap = 0; lap < 2; ++lap)

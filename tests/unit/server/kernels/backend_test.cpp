@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/unit/server/kernels/decoder_cases.h"
+#include "tests/support/decoder_cases.h"
 #include "tests/unit/server/kernels/every_backend.h"
 
 namespace gatefield::kernels {

@@ -9,7 +9,7 @@
 
 #include "common/base/random.h"
 #include "server/kernels/decoder/decoder.h"
-#include "tests/unit/server/kernels/decoder_cases.h"
+#include "tests/support/decoder_cases.h"
 #include "tests/unit/server/kernels/emulated_decoder.h"
 #include "tests/unit/server/kernels/every_backend.h"
 

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "server/kernels/backend.h"
-#include "tests/unit/server/kernels/decoder_cases.h"
+#include "tests/support/decoder_cases.h"
 #include "tests/unit/server/kernels/emulated_decoder.h"
 
 namespace gatefield::kernels {

@@ -72,8 +72,8 @@ void fly(protocol::Timing timing) {
   PilotParts parts;
   parts.request = testing::join_request("drone", 7, timing);
   parts.session = 1;
-  auto planner = planner::Planner::create(profile, parts.request.quadrotor, parts.request.course.waypoints[0].gate,
-                                          kGuideConeAngle_rad, 1);
+  auto planner =
+      planner::Planner::create(profile, parts.request.quadrotor, parts.request.course, kGuideConeAngle_rad, 1);
   ASSERT_TRUE(planner.ok()) << planner.error();
   parts.planner = std::move(planner).value();
   parts.sensor = std::make_unique<DecodedSensor>();
@@ -87,7 +87,7 @@ void fly(protocol::Timing timing) {
   for (std::uint64_t i = 1; i <= 60; ++i) {
     const Stamp stamp = 50s + static_cast<std::int64_t>(i) * 20ms;
     auto frame = testing::depth_frame(request, 1, i, stamp);
-    pilot.intake().take_depth(frame);
+    pilot.intake().take_depth(frame, clock.now());
     auto state = testing::hover_state("drone", 1, i, stamp, {0.15 * static_cast<double>(i), 0, 1.5});  // through a gate
     state.state.v_WB = {7.5, 0, 0};
     state.depth_sequence = i;

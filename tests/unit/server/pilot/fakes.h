@@ -233,7 +233,7 @@ struct Bench {
     return depth_frame(request, kId, ++frame_sequence, stamp, mm);
   }
   Intake::Outcome take(const protocol::VehicleState& sample) { return pilot->intake().take_state(sample, clock.now()); }
-  Intake::Outcome take(protocol::DepthFrame& sample) { return pilot->intake().take_depth(sample); }
+  Intake::Outcome take(protocol::DepthFrame& sample) { return pilot->intake().take_depth(sample, clock.now()); }
   bool look() { return pilot->looking().look(); }
   bool saw(std::uint32_t waypoint) { return pilot->looking().sight().records().seen(waypoint); }
   protocol::Telemetry telemetry() {

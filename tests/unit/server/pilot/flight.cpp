@@ -62,7 +62,8 @@ const Shipped& shipped() {
   return made;
 }
 
-Flight::Flight(protocol::Timing timing) : request_(shipped().request), now_(kStart) {
+Flight::Flight(protocol::Timing timing, const Conditions& conditions)
+    : request_(shipped().request), conditions_(conditions), now_(kStart) {
   request_.timing = timing;
   for (std::size_t i = 0; i < request_.course.waypoints.size(); ++i) {
     Eigen::Isometry3d X_WG = gate_pose(request_.course.waypoints[i].p_W, passing_direction(request_.course, i));
@@ -79,9 +80,8 @@ std::unique_ptr<Pilot> Flight::make_pilot() const {
   PilotParts parts;
   parts.request = request_;
   parts.session = kSession;
-  parts.planner =
-      value_of(planner::Planner::create(shipped().profile, request_.quadrotor, request_.course.waypoints[0].gate,
-                                        shipped().bundle.manifest().cone_angle_rad, request_.seed));
+  parts.planner = value_of(planner::Planner::create(shipped().profile, request_.quadrotor, request_.course,
+                                                    shipped().bundle.manifest().cone_angle_rad, request_.seed));
   parts.sensor = std::make_unique<perception::LearnedSensor>(
       &shipped().bundle, kernels::best_backend().prepare(shipped().bundle.decoder()), shipped().encoders.get());
   parts.isa = "any";
@@ -97,17 +97,36 @@ const Stepping::Answer& Flight::feed(Pilot* pilot, Event event) {
 
 void Flight::simulate(Stamp until) {
   for (; now_ < until; now_ += 1ms) {
-    const protocol::ThrustRateCommand& holds = now_ >= command_.plan_start ? command_ : before_;
+    // The newest plan that has begun.
+    while (plans_.size() > 1 && plans_[1].plan_start <= now_) plans_.pop_front();
     ThrustRates rates = ThrustRates::Zero();
-    if (holds.steps > 0 && now_ >= holds.plan_start && now_ < holds.plan_start + holds.validity)
-      rates = holds.thrust_rate_n_s[static_cast<std::size_t>((now_ - holds.plan_start) / holds.plan_step)];
-    state_ = step_reference(request_.quadrotor, state_, rates, 1e-3);
+    if (!plans_.empty() && now_ >= plans_[0].plan_start && now_ < plans_[0].plan_start + plans_[0].validity)
+      rates = plans_[0].thrust_rate_n_s[static_cast<std::size_t>((now_ - plans_[0].plan_start) / plans_[0].plan_step)];
+    // In the air's own frame.
+    state_.v_WB -= conditions_.wind_W_m_s;
+    state_ = step_reference(conditions_.plant, state_, rates, 1e-3);
+    state_.v_WB += conditions_.wind_W_m_s;
+    state_.p_WB += 1e-3 * conditions_.wind_W_m_s;
   }
 }
 
-void Flight::send_frame(Pilot* pilot) {
+QuadrotorState Flight::estimate() {
+  const auto error = [this](double sigma) {
+    const double x = noise_.normal(), y = noise_.normal(), z = noise_.normal();
+    return Eigen::Vector3d(sigma * Eigen::Vector3d(x, y, z));
+  };
+  QuadrotorState state = state_;
+  state.p_WB += error(conditions_.position_sigma_m);
+  state.v_WB += error(conditions_.velocity_sigma_m_s);
+  state.w_WB_B += error(conditions_.rate_sigma_rad_s);
+  if (const Eigen::Vector3d turn = error(conditions_.attitude_sigma_rad); turn.norm() > 0.0)
+    state.q_WB = Eigen::Quaterniond(state.q_WB) * Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
+  return state;
+}
+
+void Flight::send_frame(Pilot* pilot, Stamp at) {
   const Eigen::Isometry3d X_WC = Eigen::Translation3d(state_.p_WB) * state_.q_WB * request_.camera.X_BC;
-  const std::vector<float> depth_m = test::draw_gates(request_.camera, X_WC, gates_, request_.course.waypoints[0].gate);
+  const std::vector<float> depth_m = test::draw_gates(request_.camera, X_WC, gates_, request_.course);
   protocol::DepthFrame frame;
   frame.vehicle = request_.vehicle;
   frame.session = kSession;
@@ -118,7 +137,7 @@ void Flight::send_frame(Pilot* pilot) {
   frame.encoding = protocol::DepthEncoding::kMetres32;
   frame.pixels.resize(depth_m.size() * sizeof(float));
   std::memcpy(frame.pixels.data(), depth_m.data(), frame.pixels.size());
-  feed(pilot, FrameArrived{std::move(frame)});
+  feed(pilot, FrameArrived{at, std::move(frame)});
 }
 
 void Flight::send_state(Pilot* pilot, Stamp at, bool with_frame) {
@@ -127,9 +146,9 @@ void Flight::send_state(Pilot* pilot, Stamp at, bool with_frame) {
   state.session = kSession;
   state.sequence = ++states_;
   state.stamp = now_;
-  state.state = state_;
+  state.state = estimate();
   state.thrust_known = false;
-  state.round_trip = step_ > 2 ? 20ms + (step_ % 3) * 1ms : 0ms;
+  state.round_trip = step_ > 2 ? 20ms + 2 * conditions_.each_way + (step_ % 3) * 1ms : 0ms;
   state.depth_sequence = with_frame ? frames_ : 0;
   feed(pilot, StateArrived{at, std::move(state)});
 }
@@ -140,8 +159,9 @@ void Flight::tick(Pilot* pilot, Stamp at, std::vector<std::string>* commands) {
   const Stamp took = 3ms + (step_ * 7 % 5) * 400us;
   feed(pilot, Solved{took});
   feed(pilot, Sent{at + took, true});
-  before_ = command_;
   command_ = *answer.command;
+  plans_.push_back(command_);
+  problems_ |= command_.health.problems;
   commands->push_back(text_of(command_));
 }
 
@@ -150,8 +170,8 @@ std::vector<std::string> Flight::fly(Pilot* pilot, int steps) {
   const bool lockstep = request_.timing == protocol::Timing::kLockstep;
   for (int i = 0; i < steps; ++i, ++step_) {
     const bool with_frame = step_ % 2 == 0;
-    if (with_frame) send_frame(pilot);
     const Stamp at = now_ + kServerAhead + kUp;
+    if (with_frame) send_frame(pilot, at);
     if (lockstep || step_ % 11 != 10) send_state(pilot, at, with_frame);  // some states are lost
     // In real time a frame is looked at after the tick that follows it, on two occasions of three.
     const bool late = !lockstep && step_ % 3 != 0;

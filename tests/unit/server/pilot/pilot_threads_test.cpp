@@ -47,19 +47,30 @@ void fly(protocol::Timing timing) {
     while (flying) {
       pilot.fill(clock.now(), &telemetry);
       pilot.complaints();
+      pilot.problems();
       std::this_thread::sleep_for(1ms);
     }
   });
   const Stamp end = clock.now() + 60s;
   for (std::uint64_t i = 1; i <= kStates && clock.now() < end; ++i) {
-    const Stamp stamp = 50s + static_cast<std::int64_t>(i) * 10ms;
+    const bool restarted = i > kStates / 2;  // the vehicle's clock
+    const Stamp stamp = (restarted ? 0s : 50s) + static_cast<std::int64_t>(i) * 10ms;
     auto frame = testing::depth_frame(bench.request, testing::Bench::kId, i, stamp);
     auto state = testing::hover_state("drone", testing::Bench::kId, i, stamp, {0.04 * static_cast<double>(i), 0, 1.5});
     state.depth_sequence = i;
-    pilot.intake().take_depth(frame);
+    pilot.intake().take_depth(frame, clock.now());
     if (i % 17 == 0) pilot.intake().note_rejected_frame(Error("encoding is 9, expected 0 or 1"));
-    pilot.intake().take_state(state, clock.now());
-    while (answered < i && clock.now() < end) std::this_thread::yield();
+    if (i % 40 == 0) {
+      auto hostile = state;
+      hostile.stamp = TimeLine::kMaxStamp;
+      pilot.intake().take_state(hostile, clock.now());
+    }
+    const Intake::Outcome outcome = pilot.intake().take_state(state, clock.now());
+    if (!lockstep && outcome == Intake::Outcome::kRejected) continue;  // the first ones of the new time line
+    while (answered < i && clock.now() < end) {
+      if (outcome == Intake::Outcome::kRejected) pilot.intake().take_state(state, clock.now());
+      std::this_thread::yield();
+    }
     if (!lockstep) std::this_thread::sleep_for(200us);  // some ticks without news
   }
   flying = false;

@@ -83,10 +83,30 @@ TEST(TimeLine, ACountThatBeginsAnewIsTakenUpAfterThree) {
 
 TEST(TimeLine, ABadFirstSampleIsLeftBehind) {
   TimeLine line;
-  EXPECT_EQ(line.judge(kHugeSequence, kHugeStamp, 0ms, false), Verdict::kNext);
+  EXPECT_EQ(line.judge(kHugeSequence, 1000s, 0ms, false), Verdict::kNext);
   EXPECT_EQ(line.judge(1, 10ms, 10ms, false), Verdict::kOff);
   EXPECT_EQ(line.judge(2, 20ms, 20ms, false), Verdict::kOff);
   EXPECT_EQ(line.judge(3, 30ms, 30ms, false), Verdict::kNewLine);
+}
+
+TEST(TimeLine, AStampThatLeavesNoRoomForMoreLiesOnNoLine) {
+  TimeLine line;
+  EXPECT_EQ(line.judge(1, kHugeStamp, 0ms, false), Verdict::kOff);
+  EXPECT_FALSE(line.begun());
+  EXPECT_EQ(line.judge(1, TimeLine::kMaxStamp, 0ms, false), Verdict::kNext);
+  EXPECT_EQ(line.judge(2, TimeLine::kMaxStamp + 1ns, 10ms, false), Verdict::kOff);
+}
+
+TEST(TimeLine, AClientThatWaitsForItsAnswerAgreesWithItself) {
+  TimeLine line = ten_states();
+  EXPECT_EQ(line.judge(11, 0ms, 110ms, true), Verdict::kOff);
+  EXPECT_EQ(line.judge(11, 0ms, 210ms, true), Verdict::kOff);
+  EXPECT_EQ(line.judge(11, 0ms, 310ms, true), Verdict::kNewLine);
+  EXPECT_EQ(line.judge(11, 0ms, 410ms, true), Verdict::kRepeated);
+  EXPECT_EQ(line.judge(12, 20ms, 420ms, true), Verdict::kNext);
+
+  TimeLine real_time = ten_states();
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(real_time.judge(11, 0ms, 110ms, false), Verdict::kOff) << "sent twice or more";
 }
 
 TEST(TimeLine, SimulatedTimeMayPassFasterThanTheReceivers) {
@@ -99,7 +119,7 @@ TEST(TimeLine, SimulatedTimeMayPassFasterThanTheReceivers) {
 TEST(TimeLine, IsResumedWhereItWas) {
   TimeLine before = ten_states();
   TimeLine after;
-  after.resume(before.newest());
+  after.restore(before.state());
   EXPECT_EQ(after.judge(10, 100ms, 0ms, false), Verdict::kRepeated);
   EXPECT_EQ(after.judge(11, 110ms, 5ms, false), Verdict::kNext);
 }

@@ -17,7 +17,7 @@ void fly(BatchFixture& fixture, int m, float x0, float y0, float dx, float dy, c
   for (int k = 0; k < fixture.batch.steps; ++k) {
     const float x = x0 + dx * static_cast<float>(k + 1), y = y0 + dy * static_cast<float>(k + 1);
     fixture.place(k, m, {x, y, 0});
-    if (with_field) fixture.field(k, m) = context.inner_half_m + std::abs(x) * context.cone_slope - std::abs(y);
+    if (with_field) fixture.field(k, m) = context.frame.inner_half_m + std::abs(x) * context.cone_slope - std::abs(y);
   }
 }
 
@@ -25,7 +25,7 @@ PlanContext starting_at(float x, float y) {
   PlanContext context = context_at_origin();
   context.start_p_WB = {x, y, 0};
   context.start_along_m = x;
-  context.start_clearance_m = context.inner_half_m - std::abs(y);
+  context.start_clearance_m = context.frame.inner_half_m - std::abs(y);
   return context;
 }
 
@@ -105,7 +105,7 @@ TEST(Annotation, TurningInTheOpeningMeetsThePost) {
     const float x[] = {0.05f, 0.05f + 0.2f * static_cast<float>(k)};  // one stays in the slab, one leaves it
     for (int m = 0; m < 2; ++m) {
       fixture.place(k, m, {x[m], y, 0});
-      fixture.field(k, m) = context.inner_half_m + std::abs(x[m]) * context.cone_slope - y;
+      fixture.field(k, m) = context.frame.inner_half_m + std::abs(x[m]) * context.cone_slope - y;
     }
   }
   fixture.annotate(context);

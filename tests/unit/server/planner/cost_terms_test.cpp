@@ -69,6 +69,25 @@ TEST(ProgressCost, LeavingTheOpeningIsWorthItThoughTheNextGateLiesBehind) {
   EXPECT_LT(cost[2], cost[1] - 0.1f);
 }
 
+TEST(ProgressCost, PassingTheOpeningCostsNothingWhereTheNextGateIsTheSameOne) {
+  Profile profile;
+  profile.progress_weight = 1.0;
+  PlanContext context = context_at_origin(true);
+  context.next = context.target;
+  context.next.beyond_m = 0.0f;
+  context.next_from_m = 0.01f;
+  BatchFixture fixture(1, 4);
+  const float x[] = {-0.1f, 0.1f, 0.4f, 0.4f}, y[] = {0, 0, 0, -1.0f};
+  for (int m = 0; m < 4; ++m) {
+    fixture.place(0, m, {x[m], y[m], 0});
+    fixture.through(0, m) = m > 0 ? 1 : 0;
+  }
+  const auto cost = fixture.cost_of(ProgressCost(profile), context);
+  EXPECT_LT(cost[1], cost[0] - 0.1f);
+  EXPECT_LT(cost[2], cost[1] - 0.1f);
+  EXPECT_LT(cost[3], cost[2] - 0.1f) << "and on around the frame";
+}
+
 TEST(ProgressCost, FlyingPastTheGateIsNoProgress) {
   Profile profile;
   profile.progress_weight = 1.0;
@@ -178,6 +197,10 @@ TEST(PassedFrameCost, ThePostOfTheGatePassedLastIsSolid) {
   EXPECT_EQ(cost[2], 0.0f);
   EXPECT_EQ(cost[3], 0.0f);
   EXPECT_NEAR(cost[4], 100.0f * (1.0f + 4.0f * 0.21f), 0.1f);
+
+  // Of a wider gate the same post stands elsewhere, whatever the target's size.
+  context.passed_frame = {.inner_half_m = 1.0f, .width_m = 0.25f, .slab_half_m = 0.16f};
+  EXPECT_EQ(fixture.cost_of(term, context)[1], 0.0f);
 }
 
 TEST(SpeedCost, SquareOfTheExcess) {
@@ -200,15 +223,36 @@ TEST(BodyRateCost, SquareOfTheExcess) {
   EXPECT_NEAR(fixture.cost_of(BodyRateCost(profile), context_at_origin())[0], 4.0f, 1e-4f);
 }
 
+TEST(BodyRateCost, AVehiclesLowerLimitAboutAnAxisHoldsBesideTheProfiles) {
+  Profile profile;
+  profile.body_rate_limit_rad_s = 9;
+  PlanContext context = context_at_origin();
+  context.body_rate_limit_rad_s = {0, 20, 2};
+  BatchFixture fixture(2, 3);
+  fixture.at(0, kernels::kWz, 0) = -5.0f;  // beyond the vehicle's, within the profile's
+  fixture.at(1, kernels::kWy, 1) = 8.5f;   // within both
+  fixture.at(1, kernels::kWx, 2) = 8.5f;   // the vehicle has none
+  const auto cost = fixture.cost_of(BodyRateCost(profile), context);
+  EXPECT_NEAR(cost[0], 9.0f, 1e-4f);
+  EXPECT_EQ(cost[1], 0.0f);
+  EXPECT_EQ(cost[2], 0.0f);
+  context.body_rate_limit_rad_s.setZero();
+  EXPECT_EQ(fixture.cost_of(BodyRateCost(profile), context)[0], 0.0f);
+}
+
 TEST(AltitudeCost, MetresOutside) {
   Profile profile;
   profile.altitude_weight = 20;
-  profile.altitude_min_m = 0.5;
-  profile.altitude_max_m = 3.0;
-  BatchFixture fixture(2, 1);
-  fixture.at(0, kernels::kPz, 0) = 0.2f;
-  fixture.at(1, kernels::kPz, 0) = 3.5f;
-  EXPECT_NEAR(fixture.cost_of(AltitudeCost(profile), context_at_origin())[0], 20.0f * 0.8f, 1e-4f);
+  PlanContext context = context_at_origin();
+  context.lowest_m = -9.5f;
+  context.highest_m = -7.0f;
+  BatchFixture fixture(2, 2);
+  fixture.at(0, kernels::kPz, 0) = -9.8f;
+  fixture.at(1, kernels::kPz, 0) = -6.5f;
+  for (int k = 0; k < 2; ++k) fixture.at(k, kernels::kPz, 1) = -8.0f;
+  const auto cost = fixture.cost_of(AltitudeCost(profile), context);
+  EXPECT_NEAR(cost[0], 20.0f * 0.8f, 1e-4f);
+  EXPECT_EQ(cost[1], 0.0f);
 }
 
 TEST(Terms, OnlyThoseWithWeightAreThere) {

@@ -10,7 +10,7 @@
 #include "tests/support/allocation_trap.h"
 #include "tests/support/analytic_field.h"
 #include "tests/support/crew_threads.h"
-#include "tests/unit/server/kernels/decoder_cases.h"
+#include "tests/support/decoder_cases.h"
 
 namespace gatefield::planner {
 namespace {
@@ -25,8 +25,17 @@ Profile small_profile() {
   return profile;
 }
 
-std::unique_ptr<Planner> make(const Profile& profile, std::uint64_t seed = 1, const PlannerOptions& options = {}) {
-  auto planner = Planner::create(profile, QuadrotorModel{}, GateShape{}, kGuideConeAngle_rad, seed, options);
+/// What heights count from: the planner learns where gates are step by step.
+Course over_a_floor() {
+  Course course;
+  course.waypoints = {{{8, 0, 1.5}, {1, 0, 0}}};
+  course.floor_z_m = 0.0;
+  return course;
+}
+
+std::unique_ptr<Planner> make(const Profile& profile, std::uint64_t seed = 1, const PlannerOptions& options = {},
+                              const QuadrotorModel& model = {}) {
+  auto planner = Planner::create(profile, model, over_a_floor(), kGuideConeAngle_rad, seed, options);
   EXPECT_TRUE(planner.ok());
   return std::move(planner).value();
 }
@@ -38,9 +47,11 @@ QuadrotorState hovering_at(const Eigen::Vector3d& p_WB) {
   return state;
 }
 
-PlanInput towards(const Eigen::Isometry3d& X_WG, const Field* field, const QuadrotorState& state) {
+PlanInput towards(const Eigen::Isometry3d& X_WG, const Field* field, const QuadrotorState& state,
+                  const GateShape& shape = {}) {
   PlanInput input;
   input.start = state;
+  input.target.shape = shape;
   input.target.center_W = X_WG.translation();
   input.target.axis_W = X_WG.linear().col(0);
   input.target.seen = field != nullptr;
@@ -53,11 +64,12 @@ PlanInput towards(const Eigen::Isometry3d& X_WG, const Field* field, const Quadr
 
 /// Flies the reference dynamics under the planner's plans until the gate's plane is crossed. @return where, in the gate
 /// frame.
-Eigen::Vector3d fly_through(Planner& planner, const Eigen::Isometry3d& X_WG, const Field* field, QuadrotorState state) {
+Eigen::Vector3d fly_through(Planner& planner, const Eigen::Isometry3d& X_WG, const Field* field, QuadrotorState state,
+                            const GateShape& shape = {}) {
   const QuadrotorModel model;
   Plan plan;
   for (int tick = 0; tick < 150; ++tick) {
-    PlanInput input = towards(X_WG, field, state);
+    PlanInput input = towards(X_WG, field, state, shape);
     input.step = static_cast<std::uint64_t>(tick);
     input.elapsed_s = tick > 0 ? 0.02 : 0.0;
     input.speed_limit_m_s = 6.0;
@@ -80,6 +92,42 @@ TEST(Mppi, FliesThroughAGateThatTheFieldShows) {
   const Eigen::Vector3d crossing_G = fly_through(*planner, X_WG, &field, hovering_at({0, 0, 1.5}));
   EXPECT_GE(crossing_G.x(), 0.0);
   EXPECT_LT(std::max(std::abs(crossing_G.y()), std::abs(crossing_G.z())), 0.5 - 0.13);
+}
+
+TEST(Mppi, OnePlannerFliesThroughGatesOfTwoSizes) {
+  const auto planner = make(small_profile());
+  for (const GateShape& shape : {GateShape{.inner_half_m = 0.9, .outer_half_m = 1.4, .thickness_m = 0.2},
+                                 GateShape{.inner_half_m = 0.32, .outer_half_m = 0.45, .thickness_m = 0.03}}) {
+    const Eigen::Isometry3d X_WG = upright_gate({5, 0.6, 1.8}, 0.5);
+    const AnalyticField field(X_WG, shape);
+    planner->reset();
+    const Eigen::Vector3d crossing_G = fly_through(*planner, X_WG, &field, hovering_at({0, 0, 1.5}), shape);
+    EXPECT_GE(crossing_G.x(), 0.0);
+    EXPECT_LT(std::max(std::abs(crossing_G.y()), std::abs(crossing_G.z())), shape.inner_half_m - 0.13);
+  }
+}
+
+TEST(Mppi, TheLimitsOfAVehiclesBodyRatesSlowItsTurns) {
+  // At rest, the gate abeam: it has to turn by 90 degrees.
+  const auto largest_yaw_rate = [](double limit_rad_s) {
+    QuadrotorModel model;
+    model.body_rate_max_rad_s.z() = limit_rad_s;
+    const auto planner = make(small_profile(), 1, {}, model);
+    PlanInput input = towards(upright_gate({0, 6, 1.5}, 1.57), nullptr, hovering_at({0, 0, 1.5}));
+    Plan plan;
+    double largest_rad_s = 0.0;
+    for (input.step = 0; input.step < 60; ++input.step) {
+      planner->plan(input, &plan);
+      input.elapsed_s = 0.03;
+      input.start = plan.state[0];
+      largest_rad_s = std::max(largest_rad_s, std::abs(input.start.w_WB_B.z()));
+    }
+    return largest_rad_s;
+  };
+  const double free_rad_s = largest_yaw_rate(0.0);
+  EXPECT_GT(free_rad_s, 1.5);
+  EXPECT_LT(largest_yaw_rate(0.5), 0.7 * free_rad_s);
+  EXPECT_EQ(largest_yaw_rate(50.0), free_rad_s) << "beyond the profile's limit it says nothing";
 }
 
 TEST(Mppi, GoesOnFromARestoredWarmStartBitForBit) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <optional>
+
 #include "tests/support/analytic_field.h"
 
 namespace gatefield::planner {
@@ -16,8 +19,16 @@ PlanInput before_gate(double distance_m, bool seen = true) {
   return input;
 }
 
-RaceGuidance guidance(const Profile& profile = {}) {
-  return RaceGuidance(profile, QuadrotorModel{}, GateShape{}, kGuideConeAngle_rad);
+/// A course of which guidance wants nothing but its heights.
+Course course_at(double lowest_m, std::optional<double> floor_m = {}) {
+  Course course;
+  course.waypoints = {{{10, 0, lowest_m}, {1, 0, 0}}, {{18, 0, lowest_m + 2}, {1, 0, 0}}};
+  course.floor_z_m = floor_m;
+  return course;
+}
+
+RaceGuidance guidance(const Profile& profile = {}, const QuadrotorModel& model = {}) {
+  return RaceGuidance(profile, model, course_at(1.5, 0.0), kGuideConeAngle_rad);
 }
 
 TEST(Tighten, FarFromTheGateTheLimitIsTheSessionsOrTheProfiles) {
@@ -100,6 +111,79 @@ TEST(RaceGuidance, TheClearanceAtTheStartIsTheFieldsOrTheDistanceFromTheAxis) {
   const test::AnalyticField field(test::upright_gate({10, 0, 1.5}, 0));
   input.target.field = &field;
   EXPECT_NEAR(guidance().context(input).start_clearance_m, without, 1e-3) << "a perfect field says the same";
+}
+
+TEST(RaceGuidance, EveryGateHasTheMeasuresOfItsOwnShape) {
+  PlanInput input = before_gate(2.0);
+  input.target.shape = {.inner_half_m = 0.3, .outer_half_m = 0.4, .thickness_m = 0.02};
+  input.next.center_W = {18, 0, 1.5};
+  input.next.shape = {.inner_half_m = 1.5, .outer_half_m = 2.5, .thickness_m = 0.5};
+  input.has_next = true;
+  input.passed_gate.center_W = {6, 0, 1.5};
+  input.passed_gate.shape = {.inner_half_m = 0.75, .outer_half_m = 1.35, .thickness_m = 0.26};
+  input.has_passed_gate = true;
+  const QuadrotorModel model;
+  const PlanContext context = guidance().context(input);
+  EXPECT_FLOAT_EQ(context.frame.inner_half_m, 0.3f);
+  EXPECT_FLOAT_EQ(context.frame.width_m, 0.1f);
+  EXPECT_FLOAT_EQ(context.frame.slab_half_m, static_cast<float>(0.01 + model.collision_radius_m));
+  EXPECT_FLOAT_EQ(context.start_clearance_m, 0.3f);
+  EXPECT_FLOAT_EQ(context.passed_frame.inner_half_m, 0.75f);
+  EXPECT_FLOAT_EQ(context.passed_frame.width_m, 0.6f);
+  EXPECT_FLOAT_EQ(context.passed_frame.slab_half_m, static_cast<float>(0.13 + model.collision_radius_m));
+  // The way around a frame is as wide as the frame.
+  EXPECT_FLOAT_EQ(std::abs(context.next.by) - std::abs(context.target.by), 2.5f - 0.4f);
+}
+
+TEST(RaceGuidance, HeightsCountFromTheFloorOrFromTheLowestGate) {
+  const Profile profile;
+  const auto heights = [&](const Course& course) {
+    RaceGuidance race(profile, QuadrotorModel{}, course, kGuideConeAngle_rad);
+    const PlanContext context = race.context(before_gate(3.0));
+    return std::pair(context.lowest_m, context.highest_m);
+  };
+  EXPECT_EQ(heights(course_at(1.5, 0.0)), std::pair(0.4f, 120.0f));
+  EXPECT_EQ(heights(course_at(-0.5, -2.0)), std::pair(-1.6f, 118.0f));
+  EXPECT_EQ(heights(course_at(50.0)), std::pair(48.9f, 168.5f));
+}
+
+TEST(RaceGuidance, TheVehiclesBodyRatesArePassedOn) {
+  QuadrotorModel model;
+  model.body_rate_max_rad_s = {0, 6, 3};
+  EXPECT_EQ(guidance({}, model).context(before_gate(3.0)).body_rate_limit_rad_s, Eigen::Vector3f(0, 6, 3));
+}
+
+TEST(RaceGuidance, TheSameGateNextTheSameWayIsReachedAroundItsFrame) {
+  PlanInput input = before_gate(3.0);
+  input.next = input.target;
+  input.has_next = true;
+  const PlanContext context = guidance().context(input);
+  const auto V = [&](float x, float y) { return context.next.potential(10 + x, y, 1.5f); };
+  EXPECT_NEAR(V(0.05f, 0), V(0.2f, 0), 0.05f) << "no step behind the opening";
+  EXPECT_LT(V(0.5f, context.next.by), V(0.5f, 0)) << "past the frame";
+  EXPECT_GT(context.next_from_m, 0.0f);
+
+  input.next.axis_W = -input.next.axis_W;  // back through it: the way is as short as it looks
+  EXPECT_EQ(guidance().context(input).next_from_m, 0.0f);
+  input.next = input.target;
+  input.next.center_W.x() += 8.0;
+  EXPECT_EQ(guidance().context(input).next_from_m, 0.0f) << "another gate";
+}
+
+TEST(RaceGuidance, AGateThatWasJustPassedAndIsTheTargetAgainBarsTheWayBackOnlyWhileItIsAhead) {
+  PlanInput input = before_gate(-1.0);
+  input.passed_gate = input.target;
+  input.has_passed_gate = true;
+  PlanContext behind = guidance().context(input);
+  EXPECT_TRUE(behind.has_passed_gate) << "behind it: not back through the opening";
+  EXPECT_GT(behind.target.potential(10.1f, 0, 1.5f), behind.target.potential(10.1f, behind.target.by, 1.5f));
+
+  input.start.p_WB.x() = 8.0;
+  EXPECT_FALSE(guidance().context(input).has_passed_gate) << "in front of it: a gate like any other";
+
+  input.start.p_WB.x() = 11.0;
+  input.target.axis_W = -input.target.axis_W;
+  EXPECT_FALSE(guidance().context(input).has_passed_gate) << "the other way: through it";
 }
 
 TEST(RaceGuidance, HoldingHasNoFunnel) {

@@ -30,7 +30,9 @@ class ShortListTest : public testing::Test {
     input_.target.seen = true;
     input_.has_next = true;
     input_.next.center_W = {8, 0, 0};
-    context_ = RaceGuidance(profile_, QuadrotorModel{}, GateShape{}, kGuideConeAngle_rad).context(input_);
+    Course course;  // heights below the permitted ones, so that each rollout costs something else without the field
+    course.waypoints = {{{0, 0, 1.5}, {1, 0, 0}}, {{8, 0, 1.5}, {1, 0, 0}}};
+    context_ = RaceGuidance(profile_, QuadrotorModel{}, course, kGuideConeAngle_rad).context(input_);
   }
 
   BatchFixture straight_on(int block, double fastest_m, double sideways_m) const {

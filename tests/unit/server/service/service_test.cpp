@@ -108,34 +108,49 @@ TEST_F(ServiceTest, TheSameRequestGetsTheSameReply) {
 
 TEST_F(ServiceTest, RefusalsNameFieldValueAndExpectation) {
   struct Case {
-    const char* what;
     std::function<void(protocol::SessionRequest&)> spoil;
-    std::vector<std::string> words;
+    const char* field;
+    const char* value;
+    const char* expected;  // a part of it
     ErrorCode code = ErrorCode::kInvalid;
   };
   const std::vector<Case> cases{
-      {"version", [](auto& r) { r.version = 2; }, {"version is 2", "expected 1"}},
-      {"profile",
-       [](auto& r) { r.profile = "drift"; },
-       {"profile is \"drift\"", "paper, race"},
-       ErrorCode::kUnknownName},
-      {"mass", [](auto& r) { r.quadrotor.mass_kg = 0; }, {"mass_kg is 0"}},
-      {"thrust", [](auto& r) { r.quadrotor.thrust_max_n = 1.5; }, {"thrust_max_n is 1.5", "weight"}},
-      {"course", [](auto& r) { r.course.waypoints.clear(); }, {"course.waypoints is 0 long", "1 to 64"}},
-      {"camera", [](auto& r) { r.camera.width_px = 4; }, {"camera.width_px is 4"}},
+      {[](auto& r) { r.version = 1; }, "version", "1", "2 (the protocol version", ErrorCode::kVersion},
+      {[](auto& r) { r.profile = "drift"; }, "profile", "\"drift\"", "paper, race", ErrorCode::kUnknownName},
+      {[](auto& r) { r.quadrotor.mass_kg = 0; }, "vehicle.mass_kg", "0", ""},
+      {[](auto& r) { r.quadrotor.thrust_max_n = 1.5; }, "vehicle.thrust_max_n", "1.5", "weight"},
+      {[](auto& r) { r.course.waypoints.clear(); }, "course.waypoints", "0 long", "1 to 64"},
+      {[](auto& r) { r.camera.width_px = 4; }, "camera.width_px", "4", "16"},
+      {[](auto& r) {
+         r.actuation.kind = Actuation::Kind::kBodyRates;
+         r.actuation.thrust_time_constant_s = 0.02;
+         r.actuation.rate_time_constant_s = Eigen::Vector3d(0.03, 0.03, 0.1);
+       },
+       "actuation.kind", "1 (collective thrust and body rates)", "0 (rotor thrusts)", ErrorCode::kUnsupported},
   };
   for (const Case& bad : cases) {
     auto request = join_request();
     bad.spoil(request);
     const auto reply = ask(request);
-    EXPECT_FALSE(reply.accepted) << bad.what;
+    EXPECT_FALSE(reply.accepted) << bad.field;
     EXPECT_EQ(reply.session, 0u);
-    if (std::string(bad.what) != "version") {
-      EXPECT_EQ(reply.code, bad.code) << bad.what;
-    }
-    for (const std::string& word : bad.words) EXPECT_THAT(reply.reason, HasSubstr(word));
+    EXPECT_EQ(reply.code, bad.code) << bad.field;
+    EXPECT_EQ(reply.version, request.version) << "a client of another version reads its own";
+    EXPECT_EQ(reply.field, bad.field);
+    EXPECT_EQ(reply.value, bad.value);
+    EXPECT_THAT(reply.expected, HasSubstr(bad.expected));
+    EXPECT_THAT(reply.reason, HasSubstr(reply.field + " is " + reply.value));
   }
   EXPECT_EQ(service_->sessions(), 0u);
+}
+
+TEST_F(ServiceTest, ARefusalFitsTheWireHoweverLongAndOddItsTexts) {
+  factory_failure_ = Error::invalid("trace\x1b[2J", std::string(1000, 'v'), std::string(1000, '\n'));
+  service_ = make();
+  const auto reply = ask(join_request());  // validates it
+  EXPECT_EQ(reply.field, "trace?[2J");
+  EXPECT_EQ(reply.value, std::string(protocol::kMaxFieldLength, 'v'));
+  EXPECT_EQ(reply.reason.size(), protocol::kMaxReasonLength);
 }
 
 TEST_F(ServiceTest, WhatAFactoryRefusesIsToldToTheVehicle) {
@@ -162,7 +177,9 @@ TEST_F(ServiceTest, ANameInUseIsBusyUntilItFallsSilent) {
   const auto refused = ask(join_request("drone", 8));
   EXPECT_FALSE(refused.accepted);
   EXPECT_EQ(refused.code, ErrorCode::kBusyName);
-  EXPECT_THAT(refused.reason, StartsWith("busy:"));
+  EXPECT_EQ(refused.field, "vehicle");
+  EXPECT_EQ(refused.value, "\"drone\"");
+  EXPECT_THAT(refused.reason, StartsWith("vehicle \"drone\" has a session whose last state came 900 ms ago"));
   EXPECT_EQ(refused.request, 8u);
 
   clock_.advance(200ms);
@@ -184,8 +201,7 @@ TEST_F(ServiceTest, FullMeansBusyAndASilentSessionMakesRoom) {
   const auto refused = ask(join_request("c", 1));
   EXPECT_FALSE(refused.accepted);
   EXPECT_EQ(refused.code, ErrorCode::kBusyServer);
-  EXPECT_THAT(refused.reason, StartsWith("busy:"));
-  EXPECT_THAT(refused.reason, HasSubstr("2 vehicles"));
+  EXPECT_THAT(refused.reason, StartsWith("the server flies 2 vehicles"));
 
   clock_.advance(2s);
   send_state(first, 1);  // "a" is alive, "b" is not
@@ -270,6 +286,43 @@ TEST_F(ServiceTest, TelemetryComesTwiceASecond) {
   }
   EXPECT_EQ(transport_.telemetries().size() - before, 4u);
   EXPECT_TRUE(protocol::validate(transport_.telemetries().back()).ok());
+}
+
+TEST_F(ServiceTest, TelemetrySaysOfTheNewestRejectedSampleWhatWasWrong) {
+  ask(join_request());
+  service_->on_rejected(Service::Kind::kState, "drone", Error::invalid("q_WB", "of norm 2", "norm 1"));
+  clock_.advance(500ms);
+  service_->housekeep();
+  const auto telemetry = transport_.telemetries().back();
+  EXPECT_EQ(telemetry.last_code, ErrorCode::kInvalid);
+  EXPECT_EQ(telemetry.last_field, "q_WB");
+  EXPECT_EQ(telemetry.last_value, "of norm 2");
+  EXPECT_EQ(telemetry.last_expected, "norm 1");
+  EXPECT_EQ(telemetry.last_reason, "state: q_WB is of norm 2, expected norm 1");
+}
+
+TEST_F(ServiceTest, ANewProblemIsToldAtOnceThoughNoCommandGoesOut) {
+  const auto reply = ask(join_request());
+  send_state(reply, 1);
+  const auto pilot = service_->session_of("drone");
+  EXPECT_NE(pilot->stepping().step(clock_.now()).command, nullptr);
+  pilot->stepping().solved(1ms);
+  clock_.advance(500ms);
+  service_->housekeep();
+  const std::size_t before = transport_.telemetries().size();
+  EXPECT_EQ(transport_.telemetries().back().health.problems, 0u);
+
+  clock_.advance(50ms);
+  EXPECT_EQ(pilot->stepping().step(clock_.now()).command, nullptr);  // silent for too long
+  service_->housekeep();
+  ASSERT_EQ(transport_.telemetries().size(), before + 1) << "before its time";
+  EXPECT_EQ(transport_.telemetries().back().health.problems, protocol::bit(protocol::Problem::kStatesMissing));
+  for (int i = 0; i < 8; ++i) {
+    clock_.advance(50ms);
+    pilot->stepping().step(clock_.now());
+    service_->housekeep();
+  }
+  EXPECT_EQ(transport_.telemetries().size(), before + 1) << "once";
 }
 
 TEST_F(ServiceTest, LeavingServersSaySo) {

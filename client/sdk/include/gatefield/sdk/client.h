@@ -22,6 +22,7 @@ struct Options {
   std::uint64_t seed = 1;
   double speed_limit_m_s = 0.0;  ///< 0 = the profile's
   QuadrotorModel quadrotor;
+  Actuation actuation;  ///< how the vehicle is driven; a server that doesn't plan for it refuses
   CameraModel camera = default_camera();
   Course course;
   std::chrono::milliseconds connect_timeout{5000};
@@ -58,14 +59,22 @@ struct LinkStatistics {
   double solve_p99_s = 0.0;
 };
 
+/// Something that the server found wrong (or no longer), as this client heard it. protocol::name() and
+/// protocol::sentence() say it in words.
+struct ProblemChange {
+  protocol::Problem problem{};
+  bool began = false;  ///< false: it ended
+};
+
 /// The thin client: joins a session, sends state and depth, holds the newest plan, plays it out, and falls back by
 /// itself when the plan runs dry (level out, hold height, then descend). A server that dies and returns is joined again
-/// without a call. Thread-safe: send_*, newest, play and statistics may be called from different threads. Real-time
-/// safe: play() yes; the others make system calls.
+/// without a call. Thread-safe: all but play(), which one thread at a time may call, beside the others. Real-time
+/// safe: play() yes; problems(), problem_change() and newest() only wait for a copy that another thread makes; the
+/// others make system calls.
 class Client {
  public:
-  /// Blocks until a server accepts, refuses or the timeout passes. A refusal is the error, with its code and sentence;
-  /// one that may pass (may_pass(code): the name is in use, the server is full) is asked again until the timeout.
+  /// Blocks until a server accepts, refuses or the timeout passes. A refusal is the error, as the server gave it (code,
+  /// field, value, expected, sentence); one that may pass (may_pass(code): the name is in use, the server is full) is asked again until the timeout.
   /// Nobody answered: ErrorCode::kNoAnswer. Options that no server would take: ErrorCode::kInvalid, at once.
   static Result<std::unique_ptr<Client>> connect(const Options& options);
   virtual ~Client() = default;  ///< leaves the session
@@ -75,9 +84,11 @@ class Client {
 
   /// @param stamp   client's monotonic clock (or simulated time), the same clock in every call
   /// @param depth_m row-major, width * height of options.camera, 0 = no return
-  /// @return the frame's sequence number
+  /// @return the frame's sequence number; 0: not sent, the image has another size
   virtual std::uint64_t send_depth(Stamp stamp, std::span<const float> depth_m) = 0;
-  virtual std::uint64_t send_depth_mm(Stamp stamp, std::span<const std::uint16_t> depth_mm) = 0;
+  /// The same as most depth cameras deliver it: depth = count * options.camera.metres_per_count (0.001 unless told
+  /// otherwise: millimetres).
+  virtual std::uint64_t send_depth_counts(Stamp stamp, std::span<const std::uint16_t> counts) = 0;
   /// @return the state's sequence number
   virtual std::uint64_t send_state(Stamp stamp, const QuadrotorState& state, bool thrust_known = true) = 0;
 
@@ -92,6 +103,13 @@ class Client {
   /// @param period  until the next call, 0 to 100 ms (clamped); 0 gives the values at `now`
   virtual Setpoint play(Stamp now, const QuadrotorState& state, std::chrono::nanoseconds period) = 0;
 
+  /// What the server says is wrong now: what the newest command's health and the newest telemetry's say, together.
+  /// 0: nothing known of.
+  virtual protocol::Problems problems() const = 0;
+  /// The next change of problems(), each once, in the order of hearing; empty: none since. Whoever logs asks now and
+  /// then until it is empty; of more than 64 that wait the oldest are lost.
+  virtual std::optional<ProblemChange> problem_change() = 0;
+
   virtual LinkStatistics statistics() const = 0;
   /// The newest telemetry, if any came since last time.
   virtual std::optional<protocol::Telemetry> telemetry() = 0;
@@ -102,8 +120,9 @@ template <std::size_t... kBytes>
 struct Layout {};
 template <typename... Interface>
 using LayoutOf = Layout<sizeof(Interface)..., alignof(Interface)...>;
-using ClientLayout = LayoutOf<Options, QuadrotorModel, CameraModel, Course, QuadrotorState, Setpoint, LinkStatistics,
-                              protocol::SessionReply, protocol::ThrustRateCommand, protocol::Telemetry>;
+using ClientLayout =
+    LayoutOf<Options, QuadrotorModel, Actuation, CameraModel, Course, QuadrotorState, Setpoint, ProblemChange,
+             LinkStatistics, protocol::SessionReply, protocol::ThrustRateCommand, protocol::Telemetry, Error>;
 
 /// What connect() is. Its symbol carries the layout: a program that lays the interface out in another way than the
 /// library was compiled with (_GLIBCXX_DEBUG and such; -march and Eigen's alignment make no difference)

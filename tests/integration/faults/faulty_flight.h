@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+
+#include "client/simulator/simulation.h"
+#include "tests/integration/faults/falsifying_client.h"
+
+namespace gatefield::test {
+
+/// What is wrong with a flight's client, and when the flight may end.
+struct Fault {
+  std::function<void(sdk::Options*)> told;  ///< vehicle and camera as the server is told; empty: as they are
+  Falsification falsification;              ///< of what is sent in flight
+  bool depth_in_counts = true;
+  std::set<protocol::Problem> until_heard;  ///< the flight ends when all of them were heard; empty: it ends by itself
+};
+
+struct Flown {
+  simulator::Report report;
+  std::map<protocol::Problem, double> heard_s;  ///< race time when each problem was heard of first
+  double moving_s = 0.0;                        ///< race time when the vehicle first was faster than 0.3 m/s
+
+  /// "states_look_ned at 0.48 s, ...", and the result.
+  std::string story() const;
+};
+
+/// Flies a lap of the circle with gates 0.3 m off in lockstep, with the server of this process's DDS domain.
+Flown fly_with(const Fault& fault);
+
+}  // namespace gatefield::test
