@@ -22,7 +22,7 @@ struct CameraModel {
   double max_depth_m = 10.0;  ///< farther returns are invalid
   double rate_hz = 60.0;
   PlainIsometry X_BC = PlainIsometry::Identity();  ///< mounting: camera in the body frame
-  double metres_per_count = 1e-3;                          ///< of 16-bit images: depth of one count
+  double metres_per_count = 1e-3;                  ///< of 16-bit images: depth of one count
   enum class Distortion : std::uint8_t { kNone = 0, kBrownConrady = 1 };
   Distortion distortion_model = Distortion::kNone;
   /// kBrownConrady: k1, k2, p1, p2, k3, as OpenCV and ROS's plumb_bob have them. Images are used as they come, so what

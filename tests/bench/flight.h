@@ -13,7 +13,8 @@ namespace gatefield::bench {
 /// What a planner was given in one step of a flight.
 struct RecordedStep {
   planner::PlanInput input;
-  std::shared_ptr<const gates::Snapshot> snapshot;  ///< that the input's fields point into
+  std::shared_ptr<const gates::Snapshot> snapshot;          ///< that the input's fields point into,
+  std::vector<std::shared_ptr<const gates::Field>> fields;  ///< or these
 };
 
 /// A circle of six gates.

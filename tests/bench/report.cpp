@@ -361,7 +361,8 @@ class Report {
               "few microseconds each), without frames and without a wire.\n";
     table(vehicles);
     if (!fleet.rows.empty())
-      out_ << "\nThe whole server, over UDP on the loopback: states at 100 Hz and depth frames at 30 Hz of each vehicle. All "
+      out_ << "\nThe whole server, over UDP on the loopback: states at 100 Hz and depth frames at 30 Hz of each "
+              "vehicle. All "
               "vehicles live in one process on the same cores and compete with the server for them; its part is told. "
               "A tick is in time when its command left before the next one, as the server counts it.\n";
     table(fleet);

@@ -11,6 +11,7 @@
 #include "common/course/course.h"
 #include "server/kernels/backend.h"
 #include "server/perception/gate_sensor.h"
+#include "server/perception/learned/decoded_field.h"
 #include "server/perception/learned/depth_encoder.h"
 #include "server/planner/profile_file.h"
 #include "server/service/workers.h"
@@ -48,13 +49,14 @@ std::vector<RecordedStep> on(const kernels::Backend& backend, const model::Bundl
   const auto decoder = backend.prepare(bundle.decoder());
   std::vector<RecordedStep> steps = flown;
   for (RecordedStep& step : steps) {
-    auto memory = std::make_shared<perception::MemorySnapshot>(*step.memory);
-    for (const auto& [belief, gate] : {std::pair{&step.input.target, 0u}, std::pair{&step.input.next, 1u}}) {
+    for (gates::GateBelief* const belief : {&step.input.target, &step.input.next}) {
       if (belief->field == nullptr) continue;
-      kernels::adopt(decoder, &memory->gates[gate].field.decoder);
-      belief->field = &memory->gates[gate].field;
+      auto field = std::make_shared<perception::DecodedField>();
+      field->decoder = static_cast<const perception::DecodedField&>(*belief->field).decoder;
+      kernels::adopt(decoder, &field->decoder);
+      belief->field = field.get();
+      step.fields.push_back(std::move(field));
     }
-    step.memory = std::move(memory);
   }
   return steps;
 }

@@ -121,8 +121,7 @@ Result<DatasetWriter> DatasetWriter::open(const fs::path& file, const DatasetInf
     if (errno == EAGAIN || errno == EACCES) return file_error(file, "is being written by another process");
     return system_error(file, "can't be locked");
   }
-  if (const Status repaired = apply_journal(file, state->descriptor.number()); !repaired)
-    return repaired.failure();
+  if (const Status repaired = apply_journal(file, state->descriptor.number()); !repaired) return repaired.failure();
   auto layout = read_layout(file);
   if (!layout) return layout.failure();
   state->layout = std::move(layout).value();

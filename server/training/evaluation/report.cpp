@@ -90,12 +90,10 @@ Result<std::vector<std::string>> write_report(const Evaluation& evaluation, cons
   std::error_code code;
   std::filesystem::create_directories(folder, code);
   if (code) return Error{"folder " + folder.string() + " can't be made: " + code.message()};
-  if (Status written = write_file(folder / "evaluation.txt", to_text(evaluation)); !written)
-    return written.failure();
+  if (Status written = write_file(folder / "evaluation.txt", to_text(evaluation)); !written) return written.failure();
   if (Status written = write_file(folder / "evaluation.md", to_markdown(evaluation)); !written)
     return written.failure();
-  if (Status written = write_file(folder / "evaluation.csv", to_csv(evaluation)); !written)
-    return written.failure();
+  if (Status written = write_file(folder / "evaluation.csv", to_csv(evaluation)); !written) return written.failure();
   std::vector<std::string> sentences;
   int missing = 0;
   for (const auto& [name, chart] : charts_of(evaluation)) {

@@ -1,5 +1,3 @@
-#include "server/app/trace.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -9,6 +7,7 @@
 #include <sstream>
 
 #include "common/trace/trace.h"
+#include "server/app/trace.h"
 
 namespace gatefield::app {
 namespace {

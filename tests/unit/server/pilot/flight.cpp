@@ -126,7 +126,7 @@ QuadrotorState Flight::estimate() {
 
 void Flight::send_frame(Pilot* pilot, Stamp at) {
   const Eigen::Isometry3d X_WC = Eigen::Translation3d(state_.p_WB) * state_.q_WB * request_.camera.X_BC;
-  const std::vector<float> depth_m = test::draw_gates(request_.camera, X_WC, gates_, request_.course);
+  const std::vector<float> depth_m = test::draw_gates(request_.camera, X_WC, gates_, request_.course.waypoints[0].gate);
   protocol::DepthFrame frame;
   frame.vehicle = request_.vehicle;
   frame.session = kSession;

@@ -51,17 +51,16 @@ class Flight {
  public:
   Flight(const config::Scenario& scenario, const Mistake& mistake)
       : Flight(scenario, mistake, config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed)) {}
-  Flight(config::Scenario scenario, const Mistake& mistake, scene::World world)
+  Flight(config::Scenario scenario, const Mistake& mistake, const scene::World& world)
       : scenario_(std::move(scenario)),
         mistake_(mistake),
         camera_(scenario_.vehicle.camera),
-        world_(std::move(world)),
         random_(scenario_.seed, 77),
         sight_(camera_, scenario_.track.course, sensor(), SightOptions{}) {
     if (scenario_.stereo)
-      stereo_.emplace(world_, *scenario_.stereo, scenario_.seed);
+      stereo_.emplace(world, *scenario_.stereo, scenario_.seed);
     else
-      renderer_.emplace(world_);
+      renderer_.emplace(world);
   }
 
   /// A frame of a vehicle at p_W that flies nose down by `pitch` towards `ahead_W`.
@@ -113,9 +112,10 @@ class Flight {
     }
     return sight_.problems();
   }
-  /// A lap through the true gates. @return all that was told
+  /// A lap through the places of the scenario's gates. @return all that was told
   Problems lap(double speed_m_s) {
-    const std::vector<scene::Gate> gates = config::gates_by_waypoint(world_, scenario_.track.course);
+    const std::vector<scene::Gate> gates = config::gates_by_waypoint(
+        config::perturbed_world(scenario_.track, scenario_.perturbation, scenario_.seed), scenario_.track.course);
     Problems told = 0;
     Eigen::Vector3d p_W = scenario_.track.start_p_WB;
     for (std::uint32_t target = 0; target < gates.size(); ++target) {
@@ -137,7 +137,6 @@ class Flight {
   config::Scenario scenario_;
   Mistake mistake_;
   CameraModel camera_;
-  scene::World world_;
   std::optional<scene::DepthCamera> renderer_;  // one of the two
   std::optional<scene::StereoCamera> stereo_;
   Random random_;
