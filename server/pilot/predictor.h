@@ -63,7 +63,7 @@ class InputTimeline {
   bool restore(std::span<const Piece> pieces) noexcept;
 
  private:
-  /// 0.65 s of plans at 500 Hz, and one plan of 64 intervals on top.
+  /// 0.89 s of plans at 500 Hz, the fastest control rate, and one plan of 64 intervals on top.
   static constexpr std::size_t kCapacity = 512;
   const Piece& nth(std::size_t index) const noexcept { return ring_[(first_ + index) % kCapacity]; }
   Piece& nth(std::size_t index) noexcept { return ring_[(first_ + index) % kCapacity]; }

@@ -281,7 +281,7 @@ TEST(PilotDepth, AFrameWithoutAPoseIsDroppedWithItsReason) {
   auto early = bench.frame(49s);
   bench.take(early);
   bench.look();
-  EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("no state came yet"));
+  EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("has no pose: no state came yet"));
   EXPECT_EQ(bench.pilot->last_note()->code, ErrorCode::kFrame);
 
   bench.take(bench.state(50s));
