@@ -145,7 +145,7 @@ class Classical final : public PoseSensor {
 Result<Kind> parse_kind(const std::string& word) {
   for (const Kind kind : {Kind::kNone, Kind::kTruePose, Kind::kClassical})
     if (word == name(kind)) return kind;
-  return Error{"'" + word + "' is no perception, expected NONE, TRUE_POSE or CLASSICAL"};
+  return Error{"'" + word + "' is no perception, expected NONE, TRUE_POSE or CLASSICAL", ErrorCode::kUnknownName};
 }
 
 const char* name(Kind kind) noexcept {
