@@ -8,8 +8,7 @@
 #include "server/training/learn/designs.h"
 
 /// The networks (docs/training.md). Layer sizes stand here once; export.cpp writes the same graphs from the parameters'
-/// names. With losses, model, checkpoint and trainer.cpp the only place that
-/// includes libtorch. Thread-safe: no.
+/// names. With losses, model, checkpoint and trainer.cpp the only place that includes libtorch. Thread-safe: no.
 namespace gatefield::training {
 
 inline constexpr int kHyperHidden = 64;
