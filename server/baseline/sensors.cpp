@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/baseline/classical_detector.h"
-#include "server/planner/analytic_field.h"
+#include "server/gates/analytic_field.h"
 
 namespace gatefield::baseline {
 namespace {
@@ -32,7 +32,7 @@ class Hourglass final : public gates::Field {
 
  private:
   Eigen::Isometry3d X_WG_;
-  planner::AnalyticField field_;
+  gates::AnalyticField field_;
 };
 
 /// What sensors have in common that see poses.
