@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 #include <string>
-#include <utility>
 
 #include "common/base/multiversion.h"
 #include "server/training/data/fill.h"

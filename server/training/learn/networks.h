@@ -3,8 +3,6 @@
 #include <torch/nn.h>
 #include <torch/types.h>
 
-#include <vector>
-
 #include "server/training/learn/designs.h"
 
 /// The networks (docs/training.md). Layer sizes stand here once; export.cpp writes the same graphs from the parameters'
