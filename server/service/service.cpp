@@ -315,11 +315,12 @@ void Service::accept(pilot::PilotParts parts) {
     const std::unique_lock lock(sessions_mutex_);
     sessions_[request.vehicle] = pilot;
   }
-  transport_->send(reply_to(*pilot));
   if (control_) {
     perception_->add(pilot);
     control_->add(pilot);
   }
+  // Last: the first state may come as soon as the vehicle hears of it, and has to find somebody to wake.
+  transport_->send(reply_to(*pilot));
   const planner::Profile& profile = options_.profiles.at(request.profile);
   log::info(
       "vehicle " + request.vehicle + ": session " + std::to_string(pilot->session()) + ", profile " + profile.name +
