@@ -332,7 +332,7 @@ class Reader {
     to->first_stamp = Stamp{from.first_stamp()};
     std::vector<InputTimeline::Piece> pieces;
     for (const proto::Piece& piece : from.inputs()) {
-      // Before they are added up: 64 bits hold the sum of no two stamps of a damaged state.
+      // Before they are added up: of a damaged state the sum could leave 64 bits.
       if (Stamp{piece.from()} > TimeLine::kMaxStamp || Stamp{piece.length()} > TimeLine::kMaxStamp || piece.from() < 0)
         return fail("stepping.inputs", "beyond the stamps that there are", "at least 0 and at most 146 years");
       pieces.emplace_back();
