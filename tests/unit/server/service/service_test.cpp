@@ -352,5 +352,22 @@ TEST_F(ServiceTest, AFloodOfRequestsIsBounded) {
   EXPECT_LE(transport_.replies().size(), 256u);
 }
 
+TEST_F(ServiceTest, RequestsWithoutEndLeaveTheRestOfHousekeepingItsTurn) {
+  const auto session = ask(join_request("a", 1));
+  auto refused = join_request("b", 2);
+  refused.profile = "drift";
+  int asked = 0;
+  transport_.answered = [&](const protocol::SessionReply&) {
+    if (++asked < 1000) service_->on_request(refused);  // whoever is refused asks again at once
+  };
+  service_->on_request(refused);
+  send_state(session, 1);
+  clock_.advance(600ms);
+  const std::size_t before = transport_.telemetries().size();
+  service_->housekeep();
+  EXPECT_EQ(asked, 1);
+  EXPECT_GT(transport_.telemetries().size(), before);
+}
+
 }  // namespace
 }  // namespace gatefield::service
