@@ -48,9 +48,12 @@ class Place {
     return error(field, Error{sentence, ErrorCode::kInvalid, field});
   }
 
-  /// What is wrong with the scenario, at the line of the field that sets it, else where the scenario is named.
-  Error scenario_error(const Error& failure) const {
-    int line = line_of(cell_field(failure.field));
+  /// What is wrong with the scenario, at the line of the field that sets it or names its file, else where the scenario
+  /// is named.
+  Error scenario_error(const config::ScenarioFile& scenario, const Error& failure) const {
+    int line = line_of(failure.file == scenario.vehicle()  ? "vehicle"
+                       : failure.file == scenario.course() ? "course"
+                                                           : cell_field(failure.field));
     if (line < 0) line = line_of("scenario");
     return at(line < 0 ? line_ : line, failure);
   }
@@ -231,7 +234,7 @@ Result<Cell> to_cell(const fs::path& file, const CellSpec& spec, const Place& pl
   const auto scenario_file = scenario_of(file, spec, place);
   if (!scenario_file) return scenario_file.failure();
   auto scenario = config::make_scenario(*scenario_file, file);
-  if (!scenario) return place.scenario_error(scenario.failure());
+  if (!scenario) return place.scenario_error(*scenario_file, scenario.failure());
 
   Cell cell;
   cell.name = spec.name();
