@@ -243,8 +243,8 @@ Result<std::size_t> merge_results(const std::vector<fs::path>& sources, const fs
     if (result.failure == Failure::kLostServer) continue;
     const auto [at, is_new] = first.emplace(result.cell, &result);
     if (is_new || allow_mixed || (at->second->setup == result.setup && at->second->model == result.model)) continue;
-    std::string sentence =
-        trial_name(*at->second);  // built with +=, since g++ 12 warns wrongly of overlap (-Wrestrict)
+    // Built with +=, since g++ 12 warns wrongly of overlap (-Wrestrict).
+    std::string sentence = trial_name(*at->second);
     sentence += " and ";
     sentence += trial_name(result);
     sentence +=
