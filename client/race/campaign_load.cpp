@@ -19,6 +19,18 @@ using Lines = google::protobuf::TextFormat::ParseInfoTree;
 
 constexpr int kMaxCells = 1000;
 
+// The files' numbers are the code's: reading and saving cast between them.
+static_assert(LEARNED == static_cast<int>(Perception::kLearned) && NONE == static_cast<int>(Perception::kNone) &&
+              CLASSICAL == static_cast<int>(Perception::kClassical) &&
+              TRUE_POSE == static_cast<int>(Perception::kTruePose));
+static_assert(FigureSpec::SPEED == static_cast<int>(Against::kSpeed) &&
+              FigureSpec::DELAY == static_cast<int>(Against::kDelay) &&
+              FigureSpec::JITTER == static_cast<int>(Against::kJitter) &&
+              FigureSpec::LOSS == static_cast<int>(Against::kLoss) &&
+              FigureSpec::POSITION == static_cast<int>(Against::kPosition) &&
+              FigureSpec::YAW == static_cast<int>(Against::kYaw) &&
+              FigureSpec::TILT == static_cast<int>(Against::kTilt));
+
 bool good_name(const std::string& name) {
   return !name.empty() && name.size() <= 60 &&
          name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-") ==
