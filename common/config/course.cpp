@@ -130,8 +130,7 @@ Status check_places(const Track& track) {
   for (std::size_t i = 0; i < track.course.waypoints.size(); ++i) {
     const Eigen::Vector3d& p_W = track.course.waypoints[i].p_W;
     const std::string field = "waypoint[" + std::to_string(i) + "].position";
-    if (!volume.contains(p_W))
-      return Error::invalid(field, text(p_W), "a place in the flight volume, " + range);
+    if (!volume.contains(p_W)) return Error::invalid(field, text(p_W), "a place in the flight volume, " + range);
     const double outer_half_m = track.course.waypoints[i].gate.outer_half_m;
     const double lowest_m = p_W.z() - outer_half_m;
     if (track.has_floor && lowest_m < track.floor_z_m - 1e-9)
