@@ -16,8 +16,8 @@ Result<std::filesystem::path> config_folder();
 /// Finds what a person means by `name` on a command line or in another file: a path as it stands (relative to `base`
 /// when it is relative and exists there, else to the working folder), or the short name of a shipped file: "circle" is
 /// <config_folder>/courses/circle.txt for kind "courses".
-/// Errors: kUnknownName for a short name, the sentence lists where it looked and which names exist; kUnreadable for a path
-/// that is no file.
+/// Errors: kUnknownName for a short name, the sentence lists where it looked and which names exist; kUnreadable for a
+/// path that is no file.
 Result<std::filesystem::path> find_config(const std::string& kind, const std::string& name,
                                           const std::filesystem::path& base = {});
 

@@ -53,8 +53,8 @@ CameraModel default_camera();
 /// x, y on the plane z = 1 (Brown, "Decentering distortion of lenses", 1966; OpenCV's camera model).
 double largest_distortion_px(const CameraModel& camera) noexcept;
 
-/// Says which field is wrong and why: sizes 16..1280, focal lengths > 0, principal point inside the image (0 to width, 0
-/// to height), 0 < min < max <= 100 m, rate 1..240 Hz, rigid mounting at most 2 m from the body's origin,
+/// Says which field is wrong and why: sizes 16..1280, focal lengths > 0, principal point inside the image (0 to width,
+/// 0 to height), 0 < min < max <= 100 m, rate 1..240 Hz, rigid mounting at most 2 m from the body's origin,
 /// metres_per_count 1e-6..0.1, a distortion of kMaxDistortion_px at most.
 /// Errors: kInvalid with the field ("camera.cx_px").
 Status validate(const CameraModel& camera);

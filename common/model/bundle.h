@@ -30,8 +30,8 @@ enum class DecoderKind {
 /// ReLU, the last layer is linear, one output: s in metres. With p in the camera frame and S = position_scale_m:
 /// kConcatenated: layers[0] has latent_size + 3 + 6 L inputs in the order
 ///   [z, p, sin(2^0 pi p / S), cos(2^0 pi p / S), sin(2^1 ...) ...], each sine and cosine a triple x y z.
-/// kHyper: `generator` maps z (the latent without its leading 3 centre coordinates) to 4 h numbers, W1 row-major [h][3],
-/// then b1 [h], and `layers` are the ones after
+/// kHyper: `generator` maps z (the latent without its leading 3 centre coordinates) to 4 h numbers, W1 row-major
+/// [h][3], then b1 [h], and `layers` are the ones after
 ///   first hidden = relu(W1 (p - centre) / S + b1).
 struct DecoderWeights {
   DecoderKind kind = DecoderKind::kHyper;

@@ -70,13 +70,14 @@ struct ProblemChange {
 /// itself when the plan runs dry (level out, hold height, then descend). A server that dies and returns is joined again
 /// without a call.
 /// Thread-safe: all but play(), which one thread at a time may call, beside the others.
-/// Real-time safe: play() yes; problems(), problem_change() and newest() only wait for a copy that another thread makes;
-/// statistics() and session() allocate; the others make system calls.
+/// Real-time safe: play() yes; problems(), problem_change() and newest() only wait for a copy that another thread
+/// makes; statistics() and session() allocate; the others make system calls.
 class Client {
  public:
   /// Blocks until a server accepts, refuses or the timeout passes. A refusal is the error, as the server gave it (code,
   /// field, value, expected, sentence); one that may pass (may_pass(code): the name is in use, the server is full) is
-  /// asked again until the timeout. Nobody answered: ErrorCode::kNoAnswer. Options that no server would take: ErrorCode::kInvalid, at once.
+  /// asked again until the timeout. Nobody answered: ErrorCode::kNoAnswer. Options that no server would take:
+  /// ErrorCode::kInvalid, at once.
   static Result<std::unique_ptr<Client>> connect(const Options& options);
   virtual ~Client() = default;  ///< leaves the session
 
