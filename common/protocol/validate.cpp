@@ -208,7 +208,7 @@ Status validate(const ThrustRateCommand& command) {
                       "finite and at most 4e4 N");
     if (s.ok())
       s = check_norm("body_rates_rad_s", command.body_rates_rad_s[k], kMaxRate_rad_s, "finite and less than 200 rad/s");
-    if (!s.ok()) return s.failure().within("", "plan[" + std::to_string(i) + "].");
+    if (!s.ok()) return s.failure().within("step " + text(i) + ": ", "plan[" + text(i) + "].");
   }
   if (auto s = check_health(command.health); !s) return s;
   if (command.actuation != Actuation::Kind::kRotorThrusts && command.actuation != Actuation::Kind::kBodyRates)

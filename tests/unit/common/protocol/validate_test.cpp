@@ -262,6 +262,9 @@ TEST(ValidateCommand, RefusesEveryBadFieldByName) {
           {"target", [](C* c) { c->health.target_waypoint = 65; }, "health.target_waypoint is 65"},
           {"isa open", [](C* c) { c->isa.fill('x'); }, "isa is"},
       });
+  C bad_step = test::good_command();
+  bad_step.rotor_thrust_n[3][1] = kInfinity;
+  EXPECT_EQ(validate(bad_step).failure().field, "plan[3].rotor_thrust_n");
   expect_accepted<C>(test::good_command(), {
                                                // What lies past the steps is not looked at.
                                                [](C* c) { c->thrust_rate_n_s[20][0] = kNan; },
