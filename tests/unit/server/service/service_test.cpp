@@ -117,8 +117,8 @@ TEST_F(ServiceTest, RefusalsNameFieldValueAndExpectation) {
   const std::vector<Case> cases{
       {[](auto& r) { r.version = 1; }, "version", "1", "2 (the protocol version", ErrorCode::kVersion},
       {[](auto& r) { r.profile = "drift"; }, "profile", "\"drift\"", "paper, race", ErrorCode::kUnknownName},
-      {[](auto& r) { r.quadrotor.mass_kg = 0; }, "vehicle.mass_kg", "0", ""},
-      {[](auto& r) { r.quadrotor.thrust_max_n = 1.5; }, "vehicle.thrust_max_n", "1.5", "weight"},
+      {[](auto& r) { r.quadrotor.mass_kg = 0; }, "quadrotor.mass_kg", "0", ""},
+      {[](auto& r) { r.quadrotor.thrust_max_n = 1.5; }, "quadrotor.thrust_max_n", "1.5", "weight"},
       {[](auto& r) { r.course.waypoints.clear(); }, "course.waypoints", "0 long", "1 to 64"},
       {[](auto& r) { r.camera.width_px = 4; }, "camera.width_px", "4", "16"},
       {[](auto& r) {
