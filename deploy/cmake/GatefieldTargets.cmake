@@ -25,8 +25,9 @@ endif()
 include(GatefieldWalls)
 
 # gatefield_library(<name> [TRUTH] [OBJECT] [SOURCES ...] [HEADERS ...] [PUBLIC ...] [PRIVATE ...])
-# A static library (OBJECT: its objects, all of which go into what links it; INTERFACE when it has no sources). Includes are written as paths from the repository's root; which of them are
-# found follows from the links (GatefieldWalls.cmake, which also says what HEADERS and TRUTH are for).
+# A static library (OBJECT: its objects, all of which go into what links it; INTERFACE when it has no sources). Includes are
+# written as paths from the repository's root; which of them are found follows from the links (GatefieldWalls.cmake, which
+# also says what HEADERS and TRUTH are for).
 function(gatefield_library name)
   cmake_parse_arguments(ARG "TRUTH;OBJECT" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
   gatefield_wall_folder(headers include ${name})
