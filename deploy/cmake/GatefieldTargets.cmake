@@ -16,9 +16,11 @@ add_library(gatefield_flags INTERFACE)
 # -fno-math-errno lets loops over sqrt vectorise; results stay IEEE (no -ffast-math: bit-exact replay depends on it).
 # -ffp-contract=off keeps scalar code equal whichever translation unit it is compiled in.
 # -Wno-restrict: GCC 12 warns of its own std::string at "literal" + std::string (its bug 105651).
-target_compile_options(gatefield_flags INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wno-restrict -fno-math-errno -ffp-contract=off)
+target_compile_options(gatefield_flags INTERFACE
+  -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wno-restrict -fno-math-errno -ffp-contract=off)
 if(GATEFIELD_SANITIZE)
-  target_compile_options(gatefield_flags INTERFACE -fsanitize=${GATEFIELD_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_compile_options(gatefield_flags INTERFACE
+    -fsanitize=${GATEFIELD_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(gatefield_flags INTERFACE -fsanitize=${GATEFIELD_SANITIZE})
 endif()
 
@@ -93,7 +95,8 @@ function(gatefield_test name)
     set(ARG_TIMEOUT 120)
   endif()
   gatefield_executable(${name} "${ARG_SOURCES}" "${ARG_LIBRARIES};GTest::gmock;GTest::gtest_main" "${ARG_INSIDE}")
-  target_compile_definitions(${name} PRIVATE GATEFIELD_SOURCE_DIR="${PROJECT_SOURCE_DIR}" GATEFIELD_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  target_compile_definitions(${name} PRIVATE
+    GATEFIELD_SOURCE_DIR="${PROJECT_SOURCE_DIR}" GATEFIELD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   add_test(NAME ${name} COMMAND ${name})
   set(labels ${ARG_LABEL})
   if(ARG_LABEL STREQUAL "unit")
