@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "server/pilot/pilot_state.pb.h"
 #include "tests/support/process.h"
@@ -49,6 +49,8 @@ TEST_P(Move, ToAnotherProcessChangesNoBitOfTheCommands) {
       stem + ".out");
   ASSERT_EQ(other.wait(100s), 0) << other.output();
   EXPECT_EQ(other.output(), stayed);
+  std::filesystem::remove(stem + ".state");
+  std::filesystem::remove(stem + ".out");
 }
 
 TEST_P(Move, AgainAndAgainWithinARaceChangesNothing) {
