@@ -26,7 +26,7 @@ inline std::string line_us(const std::string& what, const std::vector<double>& v
 inline std::string fields_us(const std::string& prefix, const std::vector<double>& values_s) {
   if (values_s.empty()) return {};
   char text[200];
-  std::snprintf(text, sizeof text, ", \"%sp50_us\": %.1f, \"%sp99_us\": %.1f, \"%sp999_us\": %.1f", prefix.c_str(),
+  std::snprintf(text, sizeof text, R"(, "%sp50_us": %.1f, "%sp99_us": %.1f, "%sp999_us": %.1f)", prefix.c_str(),
                 1e6 * quantile(values_s, 0.5), prefix.c_str(), 1e6 * quantile(values_s, 0.99), prefix.c_str(),
                 1e6 * quantile(values_s, 0.999));
   return text;
