@@ -104,8 +104,8 @@ Status check(const Place& place, const std::string& field, const std::string& na
 CellSpec with_defaults(const CellSpec& defaults, const CellSpec& cell) {
   CellSpec merged = defaults;
   std::vector<const google::protobuf::FieldDescriptor*> set;
-  cell.GetReflection()->ListFields(cell, &set);
-  for (const auto* field : set) merged.GetReflection()->ClearField(&merged, field);
+  CellSpec::GetReflection()->ListFields(cell, &set);
+  for (const auto* field : set) CellSpec::GetReflection()->ClearField(&merged, field);
   merged.MergeFrom(cell);
   return merged;
 }

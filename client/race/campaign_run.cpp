@@ -194,7 +194,7 @@ Result<Plan> plan_run(const Campaign& campaign, const RunRequest& request) {
     done.insert(trial_name(result));
   }
   for (const Trial& trial : trials_of(campaign, request.selection)) {
-    if (done.count(trial.name()) > 0) {
+    if (done.contains(trial.name())) {
       ++plan.done;
     } else {
       plan.trials.push_back(trial);

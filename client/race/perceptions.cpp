@@ -41,7 +41,7 @@ plot::Table perception_table(const Campaign& campaign, const std::vector<TrialRe
       if (flown.size() < 2 || flown.front() != &base) continue;
       std::vector<std::uint64_t> common;
       for (const auto& [seed, unused] : won.front())
-        if (std::all_of(won.begin(), won.end(), [s = seed](const auto& seeds) { return seeds.count(s) > 0; }))
+        if (std::all_of(won.begin(), won.end(), [s = seed](const auto& seeds) { return seeds.contains(s); }))
           common.push_back(seed);
       if (common.empty()) continue;
       std::vector<plot::Cell> row{base.title, {speed_m_s, 1}, {static_cast<double>(common.size()), 0}};

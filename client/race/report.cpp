@@ -76,7 +76,7 @@ class Writer {
   }
 
  private:
-  Status put(const std::string& name, const plot::Table& table) {
+  Status put(const std::string& name, const plot::Table& table) const {
     if (auto status = put_file(files_.folder / (name + ".txt"), plot::to_text(table)); !status) return status;
     if (auto status = put_file(files_.folder / (name + ".md"), plot::to_markdown(table)); !status) return status;
     return put_file(files_.folder / (name + ".csv"), plot::to_csv(table));

@@ -26,10 +26,10 @@ void write_pose(const Eigen::Isometry3d& X_WO, std::ostream& out) {
 std::string describe(const scene::World& world, const QuadrotorModel& model, std::vector<Contact>* meaning) {
   std::ostringstream out;
   out.precision(17);
-  out << "<mujoco model=\"gatefield\"><option timestep=\"" << seconds(Plant::kStep)
-      << "\" integrator=\"RK4\" gravity=\"0 0 " << -kGravity_m_s2 << "\"/><worldbody>";
+  out << R"(<mujoco model="gatefield"><option timestep=")" << seconds(Plant::kStep)
+      << R"(" integrator="RK4" gravity="0 0 )" << -kGravity_m_s2 << "\"/><worldbody>";
   const auto add_box = [&](const scene::Box& box, Contact contact) {
-    out << "<geom type=\"box\" size=\"" << box.half_m.x() << ' ' << box.half_m.y() << ' ' << box.half_m.z() << "\"";
+    out << R"(<geom type="box" size=")" << box.half_m.x() << ' ' << box.half_m.y() << ' ' << box.half_m.z() << "\"";
     write_pose(box.X_WO, out);
     out << "/>";
     meaning->push_back(contact);
@@ -40,12 +40,12 @@ std::string describe(const scene::World& world, const QuadrotorModel& model, std
   for (std::size_t i = 0; i < world.boxes.size(); ++i)
     add_box(world.boxes[i], {Contact::With::kClutter, static_cast<int>(i)});
   if (world.has_floor) {
-    out << "<geom type=\"plane\" size=\"0 0 1\" pos=\"0 0 " << world.floor_z_m << "\"/>";
+    out << R"(<geom type="plane" size="0 0 1" pos="0 0 )" << world.floor_z_m << "\"/>";
     meaning->push_back({Contact::With::kFloor, 0});
   }
   const Eigen::Vector3d& J = model.inertia_kg_m2;
-  out << "<body name=\"vehicle\"><freejoint/><inertial pos=\"0 0 0\" mass=\"" << model.mass_kg << "\" diaginertia=\""
-      << J.x() << ' ' << J.y() << ' ' << J.z() << "\"/><geom type=\"sphere\" size=\"" << model.collision_radius_m
+  out << R"(<body name="vehicle"><freejoint/><inertial pos="0 0 0" mass=")" << model.mass_kg << R"(" diaginertia=")"
+      << J.x() << ' ' << J.y() << ' ' << J.z() << R"("/><geom type="sphere" size=")" << model.collision_radius_m
       << "\"/></body></worldbody></mujoco>";
   return out.str();
 }

@@ -10,8 +10,8 @@ namespace gatefield::simulator {
 SimulatedLink::SimulatedLink(const Options& options, std::uint64_t seed)
     : options_(options), random_(seed, Stream("gatefield.link")) {}
 
-void SimulatedLink::begin(const QuadrotorState& start) {
-  past_.assign(static_cast<std::size_t>(options_.delay / Plant::kStep) + 1, start);
+void SimulatedLink::begin(const QuadrotorState& estimate) {
+  past_.assign(static_cast<std::size_t>(options_.delay / Plant::kStep) + 1, estimate);
 }
 
 void SimulatedLink::remember(const QuadrotorState& estimate) {

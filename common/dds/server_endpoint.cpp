@@ -174,7 +174,7 @@ class Server final : public ServerEndpoint {
   Status open_commands(const std::string& vehicle) {
     {
       const std::shared_lock lock(commands_mutex_);
-      if (commands_.count(vehicle) != 0) return {};
+      if (commands_.contains(vehicle)) return {};
     }
     auto writer = CommandWriter::open(participant_.get(), Topic::kCommand, command_partition(vehicle));
     if (!writer.ok()) return writer.failure();
@@ -194,7 +194,7 @@ class Server final : public ServerEndpoint {
       oldest = std::move(refused_.front());
       refused_.pop_front();
       // It may have been accepted, or refused once more, since then.
-      if (commands_.count(oldest) != 0 || std::find(refused_.begin(), refused_.end(), oldest) != refused_.end()) return;
+      if (commands_.contains(oldest) || std::find(refused_.begin(), refused_.end(), oldest) != refused_.end()) return;
     }
     replies_->withdraw(oldest);
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <ranges>
 #include <set>
 #include <utility>
 
@@ -104,7 +105,8 @@ std::string Node::word(const char* attribute, const char* otherwise) const {
 }
 std::vector<std::int64_t> Node::integers(const char* attribute, std::vector<std::int64_t> otherwise) const {
   const auto found = attributes.find(attribute);
-  return found == attributes.end() ? std::move(otherwise) : found->second.integers;
+  if (found != attributes.end()) return found->second.integers;
+  return otherwise;
 }
 
 Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::ModelProto& model) {
@@ -201,13 +203,13 @@ Graph Graph::folded(const Evaluation& evaluation, int output) const {
   graph.slots_ = slots_;
   graph.inputs_ = inputs_;
   if (output >= 0) needed[at(output)] = true;
-  for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
-    if (std::none_of(node->outputs.begin(), node->outputs.end(),
+  for (const Node& node : std::ranges::reverse_view(nodes_)) {
+    if (std::none_of(node.outputs.begin(), node.outputs.end(),
                      [&](int slot) { return slot >= 0 && varying[at(slot)] && needed[at(slot)]; }))
       continue;
-    for (const int slot : node->inputs)
+    for (const int slot : node.inputs)
       if (slot >= 0) needed[at(slot)] = true;
-    graph.nodes_.push_back(*node);
+    graph.nodes_.push_back(node);
   }
   std::reverse(graph.nodes_.begin(), graph.nodes_.end());
   graph.shapes_.resize(slots_.size());
@@ -238,7 +240,7 @@ Result<Evaluation> Graph::evaluate(const std::map<std::string, Array>& inputs, c
   Limits left = limits;
   std::int64_t reads = limits.numbers * kReadsPerNumber;
   for (const Node& node : nodes_) {
-    if (std::any_of(node.outputs.begin(), node.outputs.end(), [&](int slot) { return replaced.count(slot) > 0; })) {
+    if (std::any_of(node.outputs.begin(), node.outputs.end(), [&](int slot) { return replaced.contains(slot); })) {
       for (const int slot : node.outputs) {
         if (const auto found = replaced.find(slot); found != replaced.end())
           keep(slot, std::make_unique<Array>(found->second));

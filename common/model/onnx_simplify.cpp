@@ -78,7 +78,7 @@ onnx::ModelProto simplified(const onnx::ModelProto& model, const Graph& graph, c
   std::set<std::string> initializers;
   for (const auto& tensor : from.initializer()) initializers.insert(tensor.name());
   for (const auto& input : from.input()) {
-    if (initializers.count(input.name()) == 0) *to->add_input() = input;
+    if (!initializers.contains(input.name())) *to->add_input() = input;
   }
   std::set<std::string> read{output};
   for (const Node& each : graph.nodes()) {

@@ -45,7 +45,7 @@ Result<std::map<std::string, planner::Profile>> load_profiles(const fs::path& fo
     auto profile = planner::load_profile(file);
     if (!profile) return profile.failure();
     const std::string name = profile->name;
-    if (profiles.count(name) != 0)
+    if (profiles.contains(name))
       return Error{file.string() + ": name is \"" + name + "\", which " + origin[name].string() +
                    " has already, expected a name of its own for each profile"};
     origin[name] = file;

@@ -18,8 +18,9 @@ constexpr std::size_t kFewestPoints = 40;
 constexpr int kTrials = 160;      ///< of RANSAC
 constexpr double kCell_m = 0.05;  ///< of the map of the plane
 constexpr int kMapCells = 81;     ///< it is 4 m wide
-constexpr int kTurns = 12;        ///< over 90 degrees
-constexpr double kMaxUp = 0.65;   ///< of a plane's normal along the camera's vertical: what lies flatter is floor
+constexpr int kMiddleCell = kMapCells / 2;
+constexpr int kTurns = 12;       ///< over 90 degrees
+constexpr double kMaxUp = 0.65;  ///< of a plane's normal along the camera's vertical: what lies flatter is floor
 constexpr double kLowestScore = 0.4;
 constexpr float kNothingBack = -0.5f;
 
@@ -91,7 +92,7 @@ cv::Mat map_of(std::span<const float> depth_m, const CameraModel& camera, const 
   cv::Mat map(kMapCells, kMapCells, CV_32F, cv::Scalar(0));
   for (int row = 0; row < kMapCells; ++row)
     for (int column = 0; column < kMapCells; ++column) {
-      const Eigen::Vector3d p_P(0, (column - kMapCells / 2) * kCell_m, (row - kMapCells / 2) * kCell_m);
+      const Eigen::Vector3d p_P(0, (column - kMiddleCell) * kCell_m, (row - kMiddleCell) * kCell_m);
       const Eigen::Vector3d p_C = X_CP * p_P;
       if (!camera.sees(p_C)) continue;
       const int u = static_cast<int>(camera.cx_px + camera.fx_px * p_C.x() / p_C.z());
@@ -133,8 +134,9 @@ struct Place {
 Place slide(const cv::Mat& map, const GateShape& shape) {
   Place best;
   const int turns = shape.opening == GateShape::Opening::kRound ? 1 : kTurns;
+  const int middle_turn = turns / 2;
   for (int i = 0; i < turns; ++i) {
-    const double turn_rad = 0.5 * std::numbers::pi * (i - turns / 2) / turns;
+    const double turn_rad = 0.5 * std::numbers::pi * (i - middle_turn) / turns;
     const cv::Mat shape_map = template_of(shape, turn_rad);
     if (shape_map.rows >= map.rows) continue;
     cv::Mat score;
@@ -150,7 +152,7 @@ Place slide(const cv::Mat& map, const GateShape& shape) {
         const double weight = std::pow(std::max(0.0, score.at<float>(row, column) - 0.8 * highest), 2);
         sum += weight, y += weight * column, z += weight * row;
       }
-    const double middle = 0.5 * (shape_map.rows - 1) - kMapCells / 2;
+    const double middle = 0.5 * (shape_map.rows - 1) - kMiddleCell;
     best = {(y / sum + middle) * kCell_m, (z / sum + middle) * kCell_m, turn_rad, highest};
   }
   return best;
@@ -204,7 +206,7 @@ std::optional<Detection> ClassicalDetector::detect(std::span<const float> depth_
   }
   for (double near_m = camera.min_depth_m; near_m < camera.max_depth_m; near_m += 0.5 * kSlice_m) {
     gather([&](const Eigen::Vector3d& p_C) { return p_C.z() >= near_m && p_C.z() < near_m + kSlice_m; });
-    if (const auto found = in_points(depth_m, camera, std::nullopt)) return found;
+    if (auto found = in_points(depth_m, camera, std::nullopt)) return found;
   }
   return std::nullopt;
 }

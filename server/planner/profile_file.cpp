@@ -11,7 +11,6 @@
 namespace gatefield::planner {
 namespace {
 
-using google::protobuf::Descriptor;
 using google::protobuf::DescriptorProto;
 using google::protobuf::FieldDescriptorProto;
 

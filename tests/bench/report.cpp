@@ -189,9 +189,9 @@ class Report {
       chart.series[0].style = plot::Style::kBars;
       for (const auto& [ms, who] : order) {
         const Entry& entry = results_.at(prefix + who);
-        const std::string isa = who.rfind("ours_", 0) == 0                                          ? who.substr(5)
-                                : who.find("bf16") != std::string::npos && peak_.count("avx3_bf16") ? "avx3_bf16"
-                                                                                                    : best_;
+        const std::string isa = who.rfind("ours_", 0) == 0                                             ? who.substr(5)
+                                : who.find("bf16") != std::string::npos && peak_.contains("avx3_bf16") ? "avx3_bf16"
+                                                                                                       : best_;
         const auto peak = peak_.find(isa);
         t.rows.push_back({who,
                           {ms, 2},

@@ -33,7 +33,7 @@ struct AmxTiles {
     asm volatile("tileloadd (%0,%1,1), %%tmm%c2" : : "r"(from), "r"(std::size_t{64}), "i"(kT) : "memory");
   }
   template <int kT>
-  static HWY_INLINE void Store(float* to) {
+  static HWY_INLINE void Store(float* to) {  // NOLINT(readability-non-const-parameter): the instruction writes there
     asm volatile("tilestored %%tmm%c2, (%0,%1,1)" : : "r"(to), "r"(std::size_t{64}), "i"(kT) : "memory");
   }
   template <int kC, int kA, int kB>

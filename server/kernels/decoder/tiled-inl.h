@@ -21,8 +21,8 @@
 
 namespace gatefield::kernels::tiled {
 
-typedef float Floats __attribute__((vector_size(64), may_alias));
-typedef std::uint32_t Words __attribute__((vector_size(64), may_alias));
+using Floats [[gnu::vector_size(64), gnu::may_alias]] = float;
+using Words [[gnu::vector_size(64), gnu::may_alias]] = std::uint32_t;
 
 constexpr std::size_t kTile = 16;               ///< neurons or points
 constexpr std::size_t kTileInputs = 2 * kTile;  ///< of a layer in one tile

@@ -93,7 +93,7 @@ void SampleAll(const float* factors, std::uint64_t key, std::uint64_t step, std:
       Normals(bits[0], bits[1], n[0], n[1]);
       Normals(bits[2], bits[3], n[2], n[3]);
       const auto plan_itself = hn::RebindMask(d, hn::Eq(index, hn::Zero(du)));
-      for (std::size_t j = 0; j < 4; ++j) n[j] = hn::IfThenZeroElse(plan_itself, n[j]);
+      for (V& each : n) each = hn::IfThenZeroElse(plan_itself, each);
       for (std::size_t i = 0; i < kInputs; ++i) {
         V u = hn::Set(d, mean_k[i]);
         for (std::size_t j = 0; j < 4; ++j) u = hn::MulAdd(hn::Set(d, factors[4 * i + j]), n[j], u);

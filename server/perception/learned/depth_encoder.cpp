@@ -62,7 +62,7 @@ std::string words_of(const std::exception& error) {
 
 class OpenCvNetwork final : public LoadedNetwork {
  public:
-  OpenCvNetwork(cv::dnn::Net net, const model::Network& network) : net_(std::move(net)) {
+  OpenCvNetwork(const cv::dnn::Net& net, const model::Network& network) : net_(net) {
     for (const model::NetworkTensor& input : network.inputs)
       blobs_.emplace(input.name, cv::Mat(input.shape, CV_32F, cv::Scalar(0)));
   }
@@ -257,7 +257,7 @@ Result<std::unique_ptr<LoadedNetwork>> opencv_network(const model::Network& netw
     cv::dnn::Net net = cv::dnn::readNetFromONNX(network.bytes->data(), network.bytes->size());
     net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
     net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-    return std::unique_ptr<LoadedNetwork>(new OpenCvNetwork(std::move(net), network));
+    return std::unique_ptr<LoadedNetwork>(new OpenCvNetwork(net, network));
   } catch (const std::exception& error) {
     return Error{"OpenCV can't load " + words_of(error)};
   }

@@ -58,7 +58,7 @@ std::optional<Observation> LearnedSensor::look(const View& view, const gates::Ex
   if (where == Where::kExpected) prior_C = view.X_WC.inverse() * gate.center_W;
   auto encoding = encoders_->encode(view.depth_m, view.camera, prior_C);
   if (!encoding) return std::nullopt;
-  const auto observation = observation_of(*bundle_, decoder_, *encoding, view.X_WC, gate, &raw_);
+  auto observation = observation_of(*bundle_, decoder_, *encoding, view.X_WC, gate, &raw_);
   if (!observation) return std::nullopt;
   latent_ = std::move(encoding->latent);
   X_WC_ = view.X_WC;

@@ -118,7 +118,7 @@ class OneDnnNetwork final : public LoadedNetwork {
     if (!loop) throw Refusal(loop.error());
     const Numbers numbers = std::make_shared<std::vector<float>>(count_of(graph_->shape(out)));
     values_[out].plain = numbers;
-    steps_.push_back([fill = *loop, numbers] { fill(numbers->data()); });
+    steps_.emplace_back([fill = *loop, numbers] { fill(numbers->data()); });
   }
 
   /// Whether a node only gives its first input another shape, the same for every image.
@@ -154,7 +154,7 @@ class OneDnnNetwork final : public LoadedNetwork {
 
   void reorder(memory from, memory to) {
     dnnl::reorder step(from, to);
-    steps_.push_back([this, step, from, to]() mutable { step.execute(stream_, from, to); });
+    steps_.emplace_back([this, step, from, to]() mutable { step.execute(stream_, from, to); });
   }
 
   /// A value in the layout that a primitive wants.
@@ -189,7 +189,7 @@ class OneDnnNetwork final : public LoadedNetwork {
   }
 
   void layer(const dnnl::primitive& primitive, memory in, memory weight, memory bias, memory out) {
-    steps_.push_back([this, primitive, in, weight, bias, out] {
+    steps_.emplace_back([this, primitive, in, weight, bias, out] {
       primitive.execute(stream_,
                         {{DNNL_ARG_SRC, in}, {DNNL_ARG_WEIGHTS, weight}, {DNNL_ARG_BIAS, bias}, {DNNL_ARG_DST, out}});
     });

@@ -33,13 +33,13 @@ struct DatasetLayout {
 };
 
 /// Makes an empty file; an existing one is replaced.
-Status create_file(const std::filesystem::path& file, const DatasetInfo& info, const DatasetColumns& columns);
+Status create_file(const std::filesystem::path& path, const DatasetInfo& info, const DatasetColumns& columns);
 /// Reads and checks all but the labels' values.
-Result<DatasetLayout> read_layout(const std::filesystem::path& file);
+Result<DatasetLayout> read_layout(const std::filesystem::path& path);
 /// Changes how many frames there is room for.
-Status resize_file(const std::filesystem::path& file, const DatasetLayout& layout, std::uint64_t frames);
+Status resize_file(const std::filesystem::path& path, const DatasetLayout& layout, std::uint64_t frames);
 /// One whole column through the library, whatever its storage.
-Result<std::vector<std::byte>> load_column(const std::filesystem::path& file, Column column,
+Result<std::vector<std::byte>> load_column(const std::filesystem::path& path, Column column,
                                            const DatasetLayout& layout);
 
 }  // namespace gatefield::training

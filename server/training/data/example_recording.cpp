@@ -5,11 +5,11 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
+#include "common/base/whole_file.h"
 #include "common/geometry/camera.h"
 #include "common/scene/depth_camera.h"
 #include "common/scene/world.h"
@@ -53,22 +53,22 @@ Status write_example_recording(const fs::path& folder, int frames) {
   const CameraModel camera =
       camera_from_fov(424, 240, 87.0 * std::numbers::pi / 180.0, 58.0 * std::numbers::pi / 180.0);
 
-  std::ofstream intrinsics(folder / "camera.txt", std::ios::trunc);
-  intrinsics << "# depth camera; a pixel's centre lies at +0.5 (pixel_center 0: intrinsics of OpenCV, ROS, RealSense)\n"
-             << "width_px " << camera.width_px << "\nheight_px " << camera.height_px << '\n';
-  intrinsics << fmt::format("fx_px {:.9g}\nfy_px {:.9g}\ncx_px {:.9g}\ncy_px {:.9g}\ndepth_unit_m 0.001\n",
-                            camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px)
-             << "min_depth_m 0.3\nmax_depth_m 10\n";
+  const std::string intrinsics = fmt::format(
+      "# depth camera; a pixel's centre lies at +0.5 (pixel_center 0: intrinsics of OpenCV, ROS, RealSense)\n"
+      "width_px {}\nheight_px {}\nfx_px {:.9g}\nfy_px {:.9g}\ncx_px {:.9g}\ncy_px {:.9g}\ndepth_unit_m 0.001\n"
+      "min_depth_m 0.3\nmax_depth_m 10\n",
+      camera.width_px, camera.height_px, camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px);
+  if (auto status = write_file(folder / "camera.txt", intrinsics); !status) return status;
 
-  std::ofstream gates(folder / "gates.csv", std::ios::trunc);
-  gates << "p_WG_x,p_WG_y,p_WG_z,q_WG_w,q_WG_x,q_WG_y,q_WG_z,inner_half_m,outer_half_m,thickness_m,opening\n";
+  std::string gates =
+      "p_WG_x,p_WG_y,p_WG_z,q_WG_w,q_WG_x,q_WG_y,q_WG_z,inner_half_m,outer_half_m,thickness_m,opening\n";
   for (const scene::Gate& gate : world.gates) {
-    gates << fmt::format("{},{:g},{:g},{:g},square\n", pose_text(gate.X_WG), gate.shape.inner_half_m,
+    gates += fmt::format("{},{:g},{:g},{:g},square\n", pose_text(gate.X_WG), gate.shape.inner_half_m,
                          gate.shape.outer_half_m, gate.shape.thickness_m);
   }
+  if (auto status = write_file(folder / "gates.csv", gates); !status) return status;
 
-  std::ofstream poses(folder / "poses.csv", std::ios::trunc);
-  poses << "file,time_s,p_WC_x,p_WC_y,p_WC_z,q_WC_w,q_WC_x,q_WC_y,q_WC_z\n";
+  std::string poses = "file,time_s,p_WC_x,p_WC_y,p_WC_z,q_WC_w,q_WC_x,q_WC_y,q_WC_z\n";
   for (int i = 0; i < frames; ++i) {
     const double part = static_cast<double>(i) / (frames - 1);
     Isometry3d X_WB = Isometry3d::Identity();
@@ -94,13 +94,9 @@ Status write_example_recording(const fs::path& folder, int frames) {
       written = false;
     }
     if (!written) return Error{"image " + (folder / name).string() + " can't be written"};
-    poses << fmt::format("{},{:.6f},{}\n", name, i / 60.0, pose_text(X_WC));
+    poses += fmt::format("{},{:.6f},{}\n", name, i / 60.0, pose_text(X_WC));
   }
-  for (std::ofstream* each : {&intrinsics, &gates, &poses}) {
-    each->close();
-    if (!*each) return Error{"a file of the recording " + folder.string() + " can't be written"};
-  }
-  return {};
+  return write_file(folder / "poses.csv", poses);
 }
 
 }  // namespace gatefield::training

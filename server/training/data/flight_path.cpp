@@ -29,7 +29,7 @@ Path round_path(const std::vector<Vector3d>& points, const std::vector<Vector3d>
     for (int i = 0; i < steps; ++i) {
       const double t = static_cast<double>(i) / steps;
       const double s = 1.0 - t;
-      raw.push_back(s * s * (1.0 + 2.0 * t) * a + t * t * (3.0 - 2.0 * t) * b + s * s * t * ta - t * t * s * tb);
+      raw.emplace_back(s * s * (1.0 + 2.0 * t) * a + t * t * (3.0 - 2.0 * t) * b + s * s * t * ta - t * t * s * tb);
     }
   }
   const auto resample = [](const std::vector<Vector3d>& from, double* step_m) {

@@ -95,7 +95,7 @@ Result<std::string> read_text(const std::filesystem::path& file, hid_t object, c
   if (size > kLongest) return unreadable;
   std::string value(size, '\0');
   if (H5Aread(found->attribute, found->type, value.data()) < 0) return unreadable;
-  return std::string(value.c_str());
+  return value.substr(0, value.find('\0'));
 }
 
 }  // namespace gatefield::training::hdf5

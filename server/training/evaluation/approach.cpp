@@ -120,7 +120,8 @@ bool draw_flight(const ApproachOptions& options, Random* random, Approach* out) 
     const Eigen::Isometry3f X_CG = (out->X_WC[i].inverse() * X_WG).cast<float>();
     if (visible_fraction(camera, clean_mm, world.gates[0].shape, X_CG) >= kValidVisibleFraction) ++valid_n;
   }
-  return valid_n >= kMinValidPart * static_cast<double>((out->X_WC.size() + kEvery - 1) / kEvery);
+  const std::size_t looked_n = (out->X_WC.size() + kEvery - 1) / kEvery;
+  return valid_n >= kMinValidPart * static_cast<double>(looked_n);
 }
 
 /// Keeps what the encoder said at the first call of a frame: that is the one with the memory's prior.
@@ -153,7 +154,7 @@ class Chain {
       : observer_(observer), encoders_(recorder(&observer->encoder())), shape_(flight.scenario.world.gates[0].shape) {
     Course course;
     course.closed = false;
-    course.waypoints.push_back({flight.nominal_W, flight.direction_W, shape_});
+    course.waypoints.emplace_back(flight.nominal_W, flight.direction_W, shape_);
     sight_.emplace(dataset_camera(), course,
                    std::make_unique<perception::LearnedSensor>(&observer->bundle(), observer->decoder(), &encoders_),
                    perception::SightOptions{});

@@ -31,7 +31,7 @@ bool memory_takes(const Observer& observer, const perception::Encoding& encoding
                   const Eigen::Vector3d& nominal_C) {
   Course course;
   course.closed = false;
-  course.waypoints.push_back({level_camera() * nominal_C, Eigen::Vector3d::UnitX(), shape});
+  course.waypoints.emplace_back(level_camera() * nominal_C, Eigen::Vector3d::UnitX(), shape);
   gates::GateRecords records(course);
   perception::DecodedField raw;
   auto seen = perception::observation_of(observer.bundle(), observer.decoder(), encoding, level_camera(),

@@ -15,8 +15,7 @@ namespace {
 std::string heading(const Evaluation& evaluation) {
   const EvaluateOptions& options = evaluation.options;
   std::string out = "Bundle " + evaluation.bundles[0].name + ".";
-  for (std::size_t i = 0; i < evaluation.sets.size(); ++i) {
-    const Evaluation::Set& set = evaluation.sets[i];
+  for (const Evaluation::Set& set : evaluation.sets) {
     const auto gates = std::count_if(set.frames.truth.begin(), set.frames.truth.end(),
                                      [](const FrameTruth& truth) { return truth.has_gate; });
     out += " Set " + set.name + " (" + name(set.kind) + "): " + std::to_string(set.frames.truth.size()) + " images, " +

@@ -355,14 +355,14 @@ Table comparison_table(const Evaluation& evaluation, const Evaluation::Set& set,
           select(set.frames, i, mode, [&](const GateFacts& g) { return g.distance_m >= from && g.distance_m < to; })
               .measured,
           threshold);
-      row.push_back({part.center_median_m, 3});
-      box.push_back({part.box_m, 3});
+      row.emplace_back(part.center_median_m, 3);
+      box.emplace_back(part.box_m, 3);
     }
     row.insert(row.end(), box.begin(), box.end());
     const Predictions p = predictions(set.frames, i, mode);
-    row.push_back({spearman(p.predicted_m, p.actual_m), 2});
+    row.emplace_back(spearman(p.predicted_m, p.actual_m), 2);
     const auto curve = validity_curve(set.frames, i, mode == Mode::kPrior ? Empty::kPlaces : Empty::kNothing);
-    row.push_back({curve.empty() ? std::nan("") : 100.0 * (1.0 - keeping(curve, kKeptPart).false_alarms), 1});
+    row.emplace_back(curve.empty() ? std::nan("") : 100.0 * (1.0 - keeping(curve, kKeptPart).false_alarms), 1);
     table.rows.push_back(std::move(row));
   }
   const Constant c = constant_baseline(select(set.frames, 0, mode).truth);

@@ -5,12 +5,12 @@
 #include <stdio.h>
 
 #include <cstring>
-#include <fstream>
 #include <initializer_list>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
 
+#include "common/base/whole_file.h"
 #include "common/model/bundle.h"
 #include "common/model/two_look.h"
 #include "server/training/data/dataset.h"
@@ -131,7 +131,7 @@ class GraphWriter {
       take(name + ".bias");
     }
     const std::int64_t side = kernel.shape[2];
-    const std::string out = node("Conv", {x, full + ".weight", full + ".bias"}, full);
+    std::string out = node("Conv", {x, full + ".weight", full + ".bias"}, full);
     ints("kernel_shape", {side, side});
     ints("strides", {stride, stride});
     ints("pads", {side / 2, side / 2, side / 2, side / 2});
@@ -143,7 +143,7 @@ class GraphWriter {
   std::string gemm(const std::string& x, const std::string& name) {
     take(name + ".weight");
     take(name + ".bias");
-    const std::string out = node("Gemm", {x, name + ".weight", name + ".bias"}, name);
+    std::string out = node("Gemm", {x, name + ".weight", name + ".bias"}, name);
     integer("transB", 1);
     return out;
   }
@@ -152,7 +152,7 @@ class GraphWriter {
   std::string enlarge(const std::string& x, int rows, int columns, const std::string& name) {
     constant(name + "_roi", {0}, {});
     constant(name + "_scales", {4}, {1.0f, 1.0f, static_cast<float>(rows), static_cast<float>(columns)});
-    const std::string out = node("Resize", {x, name + "_roi", name + "_scales"}, name);
+    std::string out = node("Resize", {x, name + "_roi", name + "_scales"}, name);
     word("mode", "nearest");
     word("coordinate_transformation_mode", "asymmetric");
     word("nearest_mode", "floor");
@@ -160,7 +160,7 @@ class GraphWriter {
   }
 
   std::string concat(const std::vector<std::string>& inputs, int axis, const std::string& name) {
-    const std::string out = node("Concat", inputs, name);
+    std::string out = node("Concat", inputs, name);
     integer("axis", axis);
     return out;
   }
@@ -169,7 +169,7 @@ class GraphWriter {
     return node("Reshape", {x, name + "_shape"}, name);
   }
   std::string transpose(const std::string& x, const Shape& order, const std::string& name) {
-    const std::string out = node("Transpose", {x}, name);
+    std::string out = node("Transpose", {x}, name);
     ints("perm", order);
     return out;
   }
@@ -182,11 +182,9 @@ class GraphWriter {
   }
 
   Status write(const std::filesystem::path& file) const {
-    std::ofstream out(file, std::ios::binary | std::ios::trunc);
-    if (!model_.SerializeToOstream(&out)) return Error{file.string() + " can't be written"};
-    out.close();
-    if (!out) return Error{file.string() + " can't be written (disk full?)"};
-    return {};
+    std::string bytes;
+    if (!model_.SerializeToString(&bytes)) return Error{file.string() + " can't be written: it is larger than 2 GiB"};
+    return write_file(file, bytes);
   }
 
  private:
@@ -367,16 +365,16 @@ Status export_bundle(const Weights& weights, const Design& design, const std::st
       return Error{"bundle " + folder.string() + ": the weights belong to other networks than the design '" +
                    std::string(design.name) + "'"};
     if (design.plain()) {
-      if (const Status status = write_plain_encoder(weights, part / "encoder.onnx"); !status) return status;
+      if (Status status = write_plain_encoder(weights, part / "encoder.onnx"); !status) return status;
     } else {
-      if (const Status status = write_first_look(weights, part / "look1.onnx"); !status) return status;
-      if (const Status status = write_second_look(weights, design, part / "look2.onnx"); !status) return status;
+      if (Status status = write_first_look(weights, part / "look1.onnx"); !status) return status;
+      if (Status status = write_second_look(weights, design, part / "look2.onnx"); !status) return status;
     }
-    const Status decoder = design.decoder == model::DecoderKind::kHyper
-                               ? write_hyper_decoder(weights, part / "decoder.onnx")
-                               : write_concatenated_decoder(weights, part / "decoder.onnx");
+    Status decoder = design.decoder == model::DecoderKind::kHyper
+                         ? write_hyper_decoder(weights, part / "decoder.onnx")
+                         : write_concatenated_decoder(weights, part / "decoder.onnx");
     if (!decoder) return decoder;
-    if (const Status status = model::write_manifest(make_manifest(design, name), part / "manifest.txt"); !status)
+    if (Status status = model::write_manifest(make_manifest(design, name), part / "manifest.txt"); !status)
       return status;
     if (std::filesystem::exists(folder)) {
       if (renameat2(AT_FDCWD, part.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) != 0) {

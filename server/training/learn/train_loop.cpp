@@ -149,7 +149,7 @@ Result<bool> train(const TrainRun& run) {
   BatchQueue queue(sources, batch_options, trainer.steps(), run.data_threads);
 
   const auto save = [&]() -> Status {
-    if (const Status saved = trainer.save(checkpoint); !saved) return saved;
+    if (Status saved = trainer.save(checkpoint); !saved) return saved;
     if (run.bundle_folder.empty()) return {};
     return export_bundle(trainer.weights(), run.design, run.name, run.bundle_folder);
   };

@@ -49,7 +49,7 @@ class Results {
     if (!values_s.empty()) add_entry("dds/" + name, fields_us("", values_s) + fields);
   }
   void add_entry(const std::string& name, const std::string& fields) {
-    entries_ += (entries_.empty() ? "" : ",\n") + ("{\"name\": \"" + name + "\"") + fields + "}";
+    entries_ += (entries_.empty() ? "" : ",\n") + (R"({"name": ")" + name + "\"") + fields + "}";
   }
   std::string json() const { return "{\"benchmarks\": [\n" + entries_ + "\n]}\n"; }
 
@@ -148,7 +148,7 @@ class Bench {
     if (!write_profile()) return false;
     std::vector<std::string> arguments{"--threads",           "2",          "--max-vehicles",
                                        std::to_string(count), "--profiles", folder_.string()};
-    if (realtime) arguments.push_back("--realtime");
+    if (realtime) arguments.emplace_back("--realtime");
     test::Process server(server_program(), server_arguments(wire, arguments), folder_ / "server.out");
     std::vector<std::unique_ptr<Vehicle>> fleet;
     for (int i = 0; i < count; ++i) {

@@ -61,7 +61,7 @@ Flown fly_with(const Fault& fault) {
     flown.heard_s.emplace(heard.problem, heard.race_time_s);
     stop = !fault.until_heard.empty() &&
            std::all_of(fault.until_heard.begin(), fault.until_heard.end(),
-                       [&](protocol::Problem problem) { return flown.heard_s.count(problem) > 0; });
+                       [&](protocol::Problem problem) { return flown.heard_s.contains(problem); });
   });
   if (!report) throw std::runtime_error(report.error());
   flown.report = std::move(report).value();

@@ -91,7 +91,7 @@ std::set<int> own_ports() {
     char inode[32] = {};
     unsigned port = 0;
     if (std::sscanf(line.c_str(), "%*s %*8x:%4x %*s %*s %*s %*s %*s %*s %*s %31s", &port, inode) == 2 &&
-        own.count(inode) != 0)
+        own.contains(inode))
       ports.insert(static_cast<int>(port));
   }
   return ports;
