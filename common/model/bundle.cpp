@@ -108,7 +108,7 @@ Result<Network> check_encoder(const std::filesystem::path& file, const std::stri
 
   Network network;
   network.file = file.filename().string();
-  Random random(1, Stream("gatefield.model_trial"));
+  Random random(1, Stream("gatefield.encoder_trial"));
   std::map<std::string, Array> inputs;
   for (const Port& port : ports.inputs) {
     Array& array = inputs[port.name];

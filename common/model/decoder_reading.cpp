@@ -120,7 +120,7 @@ class Reader {
   /// Where the layers and the encoding are.
   Status look() {
     const bool hyper = manifest_.decoder_kind == DecoderKind::kHyper;
-    Random random(1, Stream("gatefield.model_trial"));
+    Random random(1, Stream("gatefield.decoder_trial"));
     Numbers latent, points;
     for (int i = 0; i < manifest_.latent_size; ++i) latent.push_back(random.normal());
     for (int i = 0; i < 3 * kTrialPoints; ++i) points.push_back(manifest_.position_scale_m * random.uniform(-1.0, 1.0));
@@ -377,7 +377,7 @@ class Reader {
 
   Status compare(const DecoderWeights& weights) const {
     constexpr std::int64_t kPoints = 48;
-    Random random(2, Stream("gatefield.model_trial"));
+    Random random(1, Stream("gatefield.decoder_comparison"));
     for (int trial = 0; trial < 3; ++trial) {
       Numbers latent, points, answers;
       for (int i = 0; i < manifest_.latent_size; ++i) latent.push_back(random.normal());
