@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "common/config/locate.h"
 #include "common/config/scenario.h"
 #include "server/app/program.h"
 #include "server/baseline/sensors.h"
@@ -15,17 +16,19 @@
 namespace gatefield::baseline {
 namespace {
 
-Result<app::Eyes> other_eyes(const std::string& perception, const std::string& scenario_file,
+Result<app::Eyes> other_eyes(const std::string& perception, const std::string& scenario_name,
                              const std::optional<std::uint64_t>& world_seed) {
   const auto kind = parse_kind(perception);
   if (!kind) return kind.failure().within("--perception: ");
-  auto read = config::load_scenario(scenario_file);
+  const auto file = config::find_config("scenarios", scenario_name);
+  if (!file) return file.failure().within("--scenario: ");
+  auto read = config::load_scenario(*file);
   if (!read) return read.failure();
   if (world_seed) read.value().seed = *world_seed;
   const auto scenario = std::make_shared<const config::Scenario>(std::move(read).value());
   app::Eyes eyes;
   eyes.words = std::string("perception ") + name(*kind);
-  eyes.warnings = {"for evaluation alone: " + eyes.words + ", " + scenario_file};
+  eyes.warnings = {"for evaluation alone: " + eyes.words + ", " + scenario_name};
   if (*kind == Kind::kTruePose) eyes.warnings.front() += ", world seed " + std::to_string(scenario->seed);
   eyes.model_hash = 1 + static_cast<std::uint64_t>(*kind);
   eyes.cone_angle_rad = kGuideConeAngle_rad;
@@ -52,7 +55,7 @@ int main(int argc, char** argv) {
       ->required();
   app.add_option("--scenario", scenario, "What is flown: the true gates are drawn from it")
       ->required()
-      ->type_name("FILE");
+      ->type_name("NAME|FILE");
   app.add_option(
       "--world-seed", world_seed,
       "TRUE_POSE: the true gates are those of this seed (gatefield-sim --seed); the scenario's, if not given");
