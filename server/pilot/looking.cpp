@@ -70,6 +70,12 @@ void Looking::begin_line(Stamp capture) {
   gates.restore(std::move(records));
 }
 
+bool Looking::begins_before_states(Found found, std::chrono::nanoseconds off) const noexcept {
+  if (shared_->good_frame_stamp.load(std::memory_order_relaxed) >= 0) return false;
+  if (found == Found::kEmpty) return newest_capture_ < Stamp{0};
+  return found == Found::kTooOld && off <= StateHistory::kMaxGap;
+}
+
 void Looking::look_at(const DepthSample& frame, const Targets& targets) {
   Account& account = shared_->account;
   Eigen::Isometry3d X_WB;
@@ -78,7 +84,7 @@ void Looking::look_at(const DepthSample& frame, const Targets& targets) {
   const Found found = shared_->history.pose_at(frame.stamp, &X_WB, &off, &line);
   if (found != Found::kYes) {
     Account::count(account.frames_rejected);
-    account.note(frame_note(frame.sequence, wrong_with(found, off)));
+    if (!begins_before_states(found, off)) account.note(frame_note(frame.sequence, wrong_with(found, off)));
     return;
   }
   if (line != line_) begin_line(frame.stamp);

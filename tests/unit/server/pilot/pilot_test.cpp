@@ -286,8 +286,25 @@ TEST(PilotDepth, EmptyAndSaturatedFramesLeaveTheLastLatentWithItsAge) {
   EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("saturated"));
 }
 
+TEST(PilotDepth, NothingIsSaidOfFramesFromJustBeforeTheFirstState) {
+  Bench bench;
+  auto first = bench.frame(49900ms);
+  bench.take(first);
+  bench.look();
+  bench.take(bench.state(50s));
+  auto second = bench.frame(49950ms);
+  bench.take(second);
+  bench.look();
+  EXPECT_EQ(bench.telemetry().frames_rejected, 2u);
+  EXPECT_FALSE(bench.pilot->last_note());
+  EXPECT_EQ(bench.telemetry().last_reason, "");
+}
+
 TEST(PilotDepth, AFrameWithoutAPoseIsDroppedWithItsReason) {
   Bench bench;
+  auto first = bench.frame(48s);
+  bench.take(first);
+  bench.look();
   auto early = bench.frame(49s);
   bench.take(early);
   bench.look();
@@ -304,7 +321,7 @@ TEST(PilotDepth, AFrameWithoutAPoseIsDroppedWithItsReason) {
   bench.take(future);
   bench.look();
   EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("after the newest state"));
-  EXPECT_EQ(bench.telemetry().frames_rejected, 3u);
+  EXPECT_EQ(bench.telemetry().frames_rejected, 4u);
   EXPECT_EQ(bench.sensor->calls, 0);
 }
 
