@@ -14,8 +14,8 @@ namespace gatefield::pilot {
 ///
 /// A sample goes on from another when its sequence is more, by at most kMaxSkip, and its stamp is later, by at most
 /// kMaxJump and what passed meanwhile by the receiver's clock. It is late when neither is more and the stamp is at most
-/// kMaxJump back. A lockstep client (`free`) may let kMaxFreeJump of its own time pass between two samples, however fast
-/// it computes, and sends the same sample again until it is answered: off the line, the same one again agrees with
+/// kMaxJump back. A lockstep client (`free`) may let kMaxFreeJump of its own time pass between two samples, however
+/// fast it computes, and sends the same sample again until it is answered: off the line, the same one again agrees with
 /// itself. A stamp beyond kMaxStamp lies on no line.
 /// Thread-safe: no (the owner's lock).   Real-time safe: yes.
 class TimeLine {
@@ -41,7 +41,7 @@ class TimeLine {
   }
 
   /// @param received  receiver's clock
-  /// @param free      lockstep: stamps don't follow the receiver's clock and may be kMaxFreeJump later than the one before
+  /// @param free      lockstep: stamps don't follow the receiver's clock and may be kMaxFreeJump later than the last one
   Verdict judge(std::uint64_t sequence, Stamp stamp, Stamp received, bool free) noexcept;
 
   bool begun() const noexcept { return state_.begun; }

@@ -65,8 +65,8 @@ struct WarmStart {
   double detour_side = 1.0;       ///< on which side a missed gate is flown around, 1 or -1
 };
 
-/// Whether every gate of the course can be flown through between the heights that the profile permits, [lowest, highest]
-/// = height_reference_m(course) + [altitude_min_m, altitude_max_m]: with the centre of mass at some height of
+/// Whether every gate of the course can be flown through between the heights that the profile permits, [lowest,
+/// highest] = height_reference_m(course) + [altitude_min_m, altitude_max_m]: with the centre of mass at some height of
 ///   z +- max(0, inner_half - collision_radius)
 /// for an opening at z. A profile without altitude_weight permits every height. The field at fault is
 /// "course.waypoints[i].p_W".

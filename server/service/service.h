@@ -65,11 +65,11 @@ struct Factories {
 /// Sessions. A request to join is refused with a code and a sentence, or answered with a session number that goes into
 /// every later sample: 64 random bits, never 0, so that nobody guesses another's. The same request again gets the same
 /// reply again. kBusyName (a session that is heard of has the name) and kBusyServer may be gone a moment later, see
-/// may_pass(); other refusals will not go away by themselves. A refusal carries the version of who asked. A session ends
-/// when the vehicle leaves, when its request is withdrawn (the middleware says so), when another request with its name
-/// comes after `stale_after` without a state, and after `abandon_after` without one. Whenever the server ends a session
-/// by itself it says so with a refusal of the request that was accepted (kAbandoned, kLeaving): the client then joins
-/// anew.
+/// may_pass(); other refusals will not go away by themselves. A refusal carries the version of who asked. A session
+/// ends when the vehicle leaves, when its request is withdrawn (the middleware says so), when another request with its
+/// name comes after `stale_after` without a state, and after `abandon_after` without one. Whenever the server ends a
+/// session by itself it says so with a refusal of the request that was accepted (kAbandoned, kLeaving): the client then
+/// joins anew.
 ///
 /// Telemetry goes out every `telemetry_period`, and at once when a session has a problem (PlannerHealth::problems) that
 /// was not told yet: no command need go out for that. The log has a line when a session's problems change, one a second

@@ -123,8 +123,8 @@ void ControlPool::wake(const pilot::Pilot* pilot) {
 }
 
 /// Does blocks of steps in progress until no step is, something is due or has changed.
-/// @return false when there were no blocks for long: the scheduler has put the step's own thread aside, and waiting would
-///         keep the processor from it
+/// @return false when there were no blocks for long: the scheduler has put the step's own thread aside, and waiting
+///         would keep the processor from it
 bool ControlPool::help(std::unique_lock<std::mutex>& lock, Stamp until) {
   const std::uint64_t news = news_.load(std::memory_order_relaxed);
   ++helpers_;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Holds the documents: prose lines of at most 120 characters (tables and code may be longer), links that lead somewhere,
-# every room of the house in docs/architecture.md, and a changelog that begins with the version that CMakeLists.txt says.
+# Holds the documents: lines of prose and of comments in sources of at most 120 characters (tables and code may be longer),
+# links that lead somewhere, every room of the house in docs/architecture.md, and a changelog that begins with the version that CMakeLists.txt says.
 # usage: documents.sh SOURCE_FOLDER
 set -euo pipefail
 export LC_ALL=C.UTF-8
@@ -27,6 +27,12 @@ while read -r page; do
     fi
   done < <(grep -oE '\]\([^)#: ]+' "$page" | sed 's/^](//' || true)
 done < <(find README.md CONTRIBUTING.md CHANGELOG.md docs -name '*.md' | sort)
+
+wide=$(grep -rnE '^ *//.{119,}' --include='*.h' --include='*.cpp' common server client tests | grep -E ':[0-9]+:.{121,}' || true)
+if [[ -n "$wide" ]]; then
+  printf 'Comments of more than 120 characters:\n%s\n' "$wide"
+  failed=1
+fi
 
 for house in common server client; do
   while read -r list; do

@@ -4,8 +4,8 @@
 
 namespace gatefield::planner {
 
-/// Soft limit on body rates: weight sum_k max(0, |w_k| - limit)^2, rad/s, and the same about each axis where the vehicle
-/// has a lower limit of its own. (Clamping them in the model instead made the real vehicle spin.)
+/// Soft limit on body rates: weight sum_k max(0, |w_k| - limit)^2, rad/s, and the same about each axis where the
+/// vehicle has a lower limit of its own. (Clamping them in the model instead made the real vehicle spin.)
 class BodyRateCost final : public CostTerm {
  public:
   explicit BodyRateCost(const Profile& profile) noexcept;
