@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <ranges>
 #include <set>
 #include <utility>
 
@@ -203,7 +202,8 @@ Graph Graph::folded(const Evaluation& evaluation, int output) const {
   graph.slots_ = slots_;
   graph.inputs_ = inputs_;
   if (output >= 0) needed[at(output)] = true;
-  for (const Node& node : std::ranges::reverse_view(nodes_)) {
+  for (std::size_t i = nodes_.size(); i-- > 0;) {
+    const Node& node = nodes_[i];
     if (std::none_of(node.outputs.begin(), node.outputs.end(),
                      [&](int slot) { return slot >= 0 && varying[at(slot)] && needed[at(slot)]; }))
       continue;
