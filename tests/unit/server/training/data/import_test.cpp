@@ -190,6 +190,9 @@ TEST_F(ImportTest, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(error(),
               AllOf(HasSubstr("poses.csv line 2"), HasSubstr("000000.png is 424 x 240 pixels, expected 320 x 240")));
   fresh();
+  change("camera.txt", "cx_px 212", "cx_px 636");  // of the image before it was decimated
+  EXPECT_THAT(error(), AllOf(HasSubstr("camera.txt"), HasSubstr("cx_px is 636, expected 0 to 424")));
+  fresh();
   change("poses.csv", "q_WC_w", "qw");
   EXPECT_THAT(error(), HasSubstr("poses.csv line 1: column 'q_WC_w' is missing"));
   fresh();
