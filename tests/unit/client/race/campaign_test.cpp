@@ -240,11 +240,11 @@ TEST(Campaign, ASavedOneReadsBackTheSameInAnotherPlace) {
 }
 
 TEST(Campaign, TheOnesThatShipAreGood) {
-  for (const char* name : {"paper", "smoke"}) {
+  for (const char* name : {"paper", "readme", "smoke"}) {
     const auto campaign = load_campaign(config::find_config("campaigns", name).value());
     ASSERT_TRUE(campaign.ok()) << campaign.error();
     for (const Cell& cell : campaign->cells) {
-      const bool evaluation = std::string(name) == "paper";
+      const bool evaluation = std::string(name) != "smoke";
       if (cell.figure == "tracks") {  // pictures of single flights
         EXPECT_GE(cell.seeds.first, 1001u) << cell.name;
         EXPECT_EQ(cell.seeds.count(), 1u) << cell.name;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
@@ -52,6 +53,8 @@ TEST_P(Move, ToAnotherProcessChangesNoBitOfTheCommands) {
       stem + ".out");
   ASSERT_EQ(other.wait(100s), 0) << other.output();
   EXPECT_EQ(other.output(), stayed);
+  std::filesystem::remove(stem + ".state");
+  std::filesystem::remove(stem + ".out");
 }
 
 TEST_P(Move, AgainAndAgainWithinARaceChangesNothing) {
