@@ -7,6 +7,14 @@ namespace gatefield::pilot {
 using protocol::bit;
 using protocol::Problem;
 using protocol::Problems;
+namespace {
+
+/// Mistakes in states that put every image elsewhere, and what images then seem to say.
+constexpr Problems kPosesWrong = bit(Problem::kStatesLookNed) | bit(Problem::kQuaternionLooksWFirst) |
+                                 bit(Problem::kVelocityLooksBodyFrame) | bit(Problem::kRatesLookWorldFrame);
+constexpr Problems kOfImages = bit(Problem::kMountingLooksWrong) | bit(Problem::kDepthUnitLooksWrong);
+
+}  // namespace
 
 void Diagnosis::begin_line() noexcept {
   until_.fill(Stamp{0});
@@ -52,6 +60,7 @@ Problems Diagnosis::step(const StepFindings& findings) noexcept {
     if (found >> i & 1) until_[i] = now + kStays;
     if (until_[i] > now) told |= Problems{1} << i;
   }
+  if (told & kPosesWrong) told &= ~kOfImages;
   if (expected_for_ >= kSeeing) told |= bit(Problem::kGateNotSeen);
   return told;
 }

@@ -17,7 +17,7 @@ struct StepFindings {
   bool course_done = false;               ///< nothing is expected any more
   bool depth_missing = false;             ///< no usable depth frame for long
   bool states_missing = false;            ///< flying on prediction, because states are late
-  bool states_rejected = false;           ///< the newest states were refused
+  bool states_rejected = false;           ///< the newest states were refused, or one that leapt
   bool frames_rejected = false;           ///< the newest depth frames were refused
   bool stamps_jumped = false;             ///< a sample lay off the line of the others since the last step
   bool delay_long = false;                ///< the delay is as long as is made up for, or longer
@@ -31,6 +31,7 @@ struct StepFindings {
 /// that comes and goes stays long enough for a person to read it.
 ///   told after   kGateNotSeen kSeeing of a gate expected, kFewEffectiveSamples kStarving without a break, others at
 ///   once stays        kStays after it was last found; kGateNotSeen until the gate is seen
+/// A wrong mounting or unit of depth is not told beside a mistake in the states that puts every image elsewhere.
 /// Thread-safe: no (control step).   Real-time safe: yes.
 class Diagnosis {
  public:
