@@ -20,7 +20,7 @@ void Diagnosis::begin_line() noexcept {
   until_.fill(Stamp{0});
   last_ = Stamp{-1};
   expected_for_ = Stamp{0};
-  starving_since_ = Stamp{-1};
+  starving_since_ = sensing_since_ = Stamp{-1};
 }
 
 Problems Diagnosis::step(const StepFindings& findings) noexcept {
@@ -29,7 +29,7 @@ Problems Diagnosis::step(const StepFindings& findings) noexcept {
   const Stamp passed = last_ < Stamp{0} ? Stamp{0} : std::min(now - last_, kLongestStep);
   last_ = now;
 
-  Problems found = findings.withheld | findings.contradictions | findings.sensing;
+  Problems found = findings.withheld | findings.contradictions;
   const auto when = [&](bool condition, Problem problem) {
     if (condition) found |= bit(problem);
   };
@@ -48,6 +48,12 @@ Problems Diagnosis::step(const StepFindings& findings) noexcept {
   else if (starving_since_ < Stamp{0})
     starving_since_ = now;
   when(starving && now - starving_since_ >= kStarving, Problem::kFewEffectiveSamples);
+
+  if (findings.sensing == 0)
+    sensing_since_ = Stamp{-1};
+  else if (sensing_since_ < Stamp{0})
+    sensing_since_ = now;
+  if (findings.sensing != 0 && now - sensing_since_ >= kSensing) found |= findings.sensing;
 
   // Seen, the time begins anew with the next gate; out of view, it stands still.
   if (findings.gate_seen || findings.course_done)

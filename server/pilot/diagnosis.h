@@ -31,12 +31,14 @@ struct StepFindings {
 /// that comes and goes stays long enough for a person to read it.
 ///   told after   kGateNotSeen kSeeing of a gate expected, kFewEffectiveSamples kStarving without a break, others at
 ///   once stays        kStays after it was last found; kGateNotSeen until the gate is seen
-/// A wrong mounting or unit of depth is not told beside a mistake in the states that puts every image elsewhere.
+/// What images say (StepFindings::sensing) is told when it was found for kSensing, and not beside a mistake in the
+/// states that puts every image elsewhere: where both are found, the states' comes within that time.
 /// Thread-safe: no (control step).   Real-time safe: yes.
 class Diagnosis {
  public:
   static constexpr Stamp kSeeing = std::chrono::seconds(1);
   static constexpr Stamp kStarving = std::chrono::seconds(1);
+  static constexpr Stamp kSensing = std::chrono::milliseconds(250);
   static constexpr Stamp kStays = std::chrono::seconds(1);
   static constexpr Stamp kLongestStep = std::chrono::milliseconds(100);  ///< of a wait: what an outage adds at most
   static constexpr double kFewSamples = 1.5;
@@ -51,6 +53,7 @@ class Diagnosis {
   Stamp last_{-1};
   Stamp expected_for_{0};     ///< how long the target has been expected in view and not been seen
   Stamp starving_since_{-1};  ///< -1: the plan is fed by enough rollouts
+  Stamp sensing_since_{-1};   ///< -1: images say nothing
   std::uint64_t deadlines_missed_ = 0;
 };
 
