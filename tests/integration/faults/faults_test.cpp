@@ -60,7 +60,7 @@ void expect_no_other_cause(const Flown& flown, Problem right) {
   for (const Problem cause : {Problem::kStatesLookNed, Problem::kQuaternionLooksWFirst,
                               Problem::kVelocityLooksBodyFrame, Problem::kRatesLookWorldFrame,
                               Problem::kRotorsLookSwapped, Problem::kMountingLooksWrong, Problem::kDepthUnitLooksWrong})
-    EXPECT_TRUE(cause == right || flown.heard_s.count(cause) == 0) << protocol::name(cause) << "\n" << flown.story();
+    EXPECT_TRUE(cause == right || !flown.heard_s.contains(cause)) << protocol::name(cause) << "\n" << flown.story();
 }
 
 // ---- states ---------------------------------------------------------------------------------------------------------
