@@ -177,7 +177,7 @@ TEST_F(Faults, OnePositionBeyondTheGateCostsNoRaceAndIsTold) {
     sent = true;
     QuadrotorState beyond = state;
     beyond.p_WB = 2.0 * Eigen::Vector3d(8.0, 0.0, 1.5) - state.p_WB;
-    client->send_state(stamp - 1ms, beyond);
+    client->wait_for_answer(client->send_state(stamp - 1ms, beyond), 200ms);  // alone: nothing newer hides it
   };
   fault.one_gate = true;
   const Flown flown = fly_with(fault);
