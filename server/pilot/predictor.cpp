@@ -75,7 +75,8 @@ void predict_rotors(const QuadrotorModel& model, const InputTimeline& inputs, St
   });
 }
 
-void DelayEstimate::take(double x, double first_deviation, Mean* mean) noexcept {
+void DelayEstimate::take(std::chrono::nanoseconds measured, double first_deviation, Mean* mean) noexcept {
+  const double x = seconds(std::min(measured, kLongest));
   if (mean->count++ == 0) {
     mean->value = x;
     mean->deviation = first_deviation * std::abs(x);
