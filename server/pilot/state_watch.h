@@ -23,7 +23,7 @@ namespace gatefield::pilot {
 /// kThrustAgainstMotion, kRatesAgainstAttitude). Then each known mistake is undone in turn (NED and FRD, a quaternion w
 /// first, a velocity in the body frame, rates in the world frame); the one that leaves far less than was told, and less
 /// than the others, is the likely cause. Torques that don't fit are told only when another order of the rotors, or
-/// other spins, fits. A vehicle that stands (on the floor, in a hand) contradicts nothing. A problem stays for kStays
+/// other spins, fits, and no mistake in the states that makes them fit leaves the rest in agreement. A vehicle that stands (on the floor, in a hand) contradicts nothing. A problem stays for kStays
 /// after it was last seen.
 ///
 /// Thread-safe: no (control step).   Real-time safe: yes (fixed memory, bounded work, most of it once in kLookPeriod).
@@ -53,6 +53,7 @@ class StateWatch {
 
   const Sample& nth(std::size_t index) const noexcept { return ring_[(first_ + index) % kCapacity]; }
   void look(Stamp now) noexcept;
+  bool rotors_look_swapped(Stamp now) const noexcept;
   void tell(Stamp now, protocol::Problem problem, bool seen) noexcept;
 
   QuadrotorModel model_;

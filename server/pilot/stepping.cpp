@@ -75,6 +75,11 @@ void Stepping::take_in(const StateSample& sample) noexcept {
     progress_.resume(sample.heard_waypoint, sample.heard_lap);
   }
   if (sample.line != state_.line) begin_line(sample);
+  if (sample.jumps != state_.jumps) {
+    state_.jumps = sample.jumps;
+    state_.measured_stamp = Stamp{-1};
+    progress_.begin_elsewhere();
+  }
   if (sample.thrust_known) {
     rotors.thrust_n = sample.state.thrust_n;
     rotors.thrust_command_n = sample.state.thrust_command_n;
@@ -313,7 +318,8 @@ protocol::Problems Stepping::diagnose(double effective_samples, Withheld withhel
   findings.course_done = progress_.done();
   findings.depth_missing = depth_missing();
   findings.states_missing = states_missing_;
-  findings.states_rejected = shared_->newest_state_rejected.load(std::memory_order_relaxed);
+  findings.states_rejected = shared_->motion_jumped.exchange(false, std::memory_order_relaxed) ||
+                             shared_->newest_state_rejected.load(std::memory_order_relaxed);
   findings.frames_rejected = shared_->newest_frame_rejected.load(std::memory_order_relaxed);
   findings.stamps_jumped = shared_->stamps_jumped.exchange(false, std::memory_order_relaxed);
   findings.delay_long = (lockstep() ? delay.whole() : delay.ahead()) >= DelayEstimate::kMaxDelay;

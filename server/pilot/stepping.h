@@ -31,7 +31,8 @@ namespace gatefield::pilot {
 /// involved. The same states and frames give the same commands (but for the measured times in `health`).
 ///
 /// A state of another time line than the one before (TimeLine) begins anew what is bound to stamps: what was sent, the
-/// delay, how old things are. Progress along the course, the gates and the planner's warm start stay.
+/// delay, how old things are. Progress along the course, the gates and the planner's warm start stay. A vehicle that
+/// is found elsewhere (MotionLine) flew through no gate on its way there.
 ///
 /// What looks wrong (StateWatch, Diagnosis) is told in every command's health and, when no command goes out, through
 /// Mailboxes::healths alone. The watches decide no command, so they are not written down with the rest.
@@ -85,6 +86,7 @@ class Stepping {
     StateSample newest;
     bool have_state = false;
     std::uint32_t line = 0;     ///< number of the time line that all stamps below are of
+    std::uint32_t jumps = 0;    ///< of the newest sample that was taken in
     bool state_is_new = false;  ///< `newest` was not planned from yet
     bool have_rotors = false;
     QuadrotorState rotors;  ///< thrusts only, modelled when the vehicle can't tell

@@ -62,9 +62,10 @@ const Shipped& shipped() {
   return made;
 }
 
-Flight::Flight(protocol::Timing timing, const Conditions& conditions)
+Flight::Flight(protocol::Timing timing, const Conditions& conditions, int laps)
     : request_(shipped().request), conditions_(conditions), now_(kStart) {
   request_.timing = timing;
+  if (laps > 0) request_.course.laps = laps;
   for (std::size_t i = 0; i < request_.course.waypoints.size(); ++i) {
     Eigen::Isometry3d X_WG = gate_pose(request_.course.waypoints[i].p_W, passing_direction(request_.course, i));
     X_WG.translation() += Eigen::Vector3d(0.15, i % 2 == 0 ? -0.2 : 0.1, 0.1);

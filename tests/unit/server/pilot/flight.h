@@ -40,7 +40,8 @@ struct Conditions {
 /// that vary.
 class Flight {
  public:
-  explicit Flight(protocol::Timing timing, const Conditions& conditions = {});
+  /// @param laps  0: as many as the course has
+  explicit Flight(protocol::Timing timing, const Conditions& conditions = {}, int laps = 0);
 
   /// A pilot for this race, new.
   std::unique_ptr<Pilot> make_pilot() const;
@@ -52,6 +53,7 @@ class Flight {
   /// Where the newest command was aiming.
   std::uint32_t target_waypoint() const noexcept { return command_.health.target_waypoint; }
   std::uint32_t lap() const noexcept { return command_.health.lap; }
+  bool done() const noexcept { return command_.health.course_done; }
   /// All that commands told so far.
   protocol::Problems problems() const noexcept { return problems_; }
 
