@@ -53,9 +53,8 @@ inline constexpr double kLongestStep_s = 0.2;
 ///   - inertia: 0.01 m a^2 to 10 m a^2 about each axis, radii of gyration of a tenth of the arm to three arms (drones
 ///     have about a half), and no moment above the sum of the two others (the triangle rule of every rigid body:
 ///     Jx + Jy - Jz = 2 * integral of z^2 dm >= 0), to a millionth;
-///   - drag: at most m / kLongestStep_s along each axis. The planner's drag is explicit, v' = v (1 - drag dt / m):
-///   beyond
-///     that bound one step would turn the speed around, and beyond twice of it the steps would grow without end;
+///   - drag: at most m / kLongestStep_s along each axis. The planner's drag is explicit, v' = v (1 - drag dt / m): one
+///     step beyond that bound would turn the speed around, and beyond twice of it the steps would grow without end;
 ///   - a mixer that makes all of thrust and torques: the wrench of the thrusts T is W T with the columns
 ///     (1, y_i / a, -x_i / a, spin_i), and the smallest singular value of W is at least kMinAuthority of the largest.
 ///     Rotors on one line, two that share place and spin, spins that are all equal, or that say nothing which the
@@ -110,5 +109,10 @@ QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState&
 /// at dt = 0.03 s and 6 rad/s a few cm over 0.6 s.
 QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u,
                             double dt_s) noexcept;
+
+/// (3) to (5) alone, from the means of body rates and of collective thrust over the step.
+/// @param after  its attitude, velocity and position are written
+void move_body(const QuadrotorModel& model, const QuadrotorState& before, const Eigen::Vector3d& mean_w_WB_B,
+               double mean_thrust_n, double dt_s, QuadrotorState* after) noexcept;
 
 }  // namespace gatefield
