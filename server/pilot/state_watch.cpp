@@ -204,7 +204,7 @@ void StateWatch::look(Stamp now) noexcept {
   std::size_t begin = count_ - 1;
   while (begin > 0 && now - nth(begin).stamp < kTorqueWindow) --begin;
   bool swapped = false;
-  if (!standing && now - nth(begin).stamp >= kTorqueWindow / 2) {
+  if (rotors_known_ && !standing && now - nth(begin).stamp >= kTorqueWindow / 2) {
     const double spun = torque_misfit(model_, samples, begin, count_);
     if (spun > 1.0) {
       QuadrotorModel other = model_;
