@@ -63,7 +63,8 @@ class Window {
 
 class DdsClient final : public Client, private dds::ClientHandler {
  public:
-  explicit DdsClient(const Options& options) : options_(options), logic_(fresh_number()), fallback_(options.quadrotor, options.actuation) {
+  explicit DdsClient(const Options& options)
+      : options_(options), logic_(fresh_number()), fallback_(options.quadrotor, options.actuation) {
     frame_.vehicle = options.vehicle;
     last_state_.vehicle = options.vehicle;
   }

@@ -48,7 +48,7 @@ struct Setpoint {
   PlainVector4 thrust_rate_n_s = PlainVector4::Zero();
   /// Rotors that take thrusts: each one's, and what QuadrotorState::thrust_command_n is from now on.
   PlainVector4 rotor_thrust_n = PlainVector4::Zero();
-  double collective_thrust_n = 0.0;  ///< of all rotors together, along +z of B
+  double collective_thrust_n = 0.0;                            ///< of all rotors together, along +z of B
   Eigen::Vector3d body_rates_rad_s = Eigen::Vector3d::Zero();  ///< w_WB_B, about x, y, z of B (FLU)
 };
 
