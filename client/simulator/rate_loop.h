@@ -22,7 +22,7 @@ struct RateLoopGains {
 ///   omega = 1.71 / T,  P = omega^2 tau_r,  D = 1.5 omega tau_r - 1            (T up to 2.57 tau_r)
 ///   P = 0.92 / (T - 0.56 tau_r),  D = 0                                       (slower: the rotors matter less and less)
 ///   I = 0.025 P omega, with omega = 1.5 P for the slower ones
-/// Measured against the loop and plant here: T is met within 8 % (a test).
+/// Measured against the loop and plant here: T is met within 10 % (a test).
 /// @param rate_time_constant_s  T about x, y, z
 /// Errors: a T below 0.8 tau_r: no gains make rotors that fast (Error::field rate_time_constant_s[i]).
 Result<RateLoopGains> tuned_gains(const QuadrotorModel& model, const Eigen::Vector3d& rate_time_constant_s);
