@@ -13,12 +13,14 @@ namespace gatefield::simulator {
 namespace {
 
 std::string subtitle(const Arguments& a, const config::Scenario& scenario, const Report& report) {
-  char text[256];
-  std::snprintf(text, sizeof text,
-                "seed %llu, profile %s, gates displaced %.2f m, turned %.0f deg; top speed %.2f m/s, mean %.2f m/s; %s",
-                static_cast<unsigned long long>(scenario.seed), a.profile.c_str(), scenario.perturbation.position_m,
-                scenario.perturbation.yaw_rad * 180.0 / std::numbers::pi, report.top_speed_m_s, report.mean_speed_m_s,
-                report.timing == protocol::Timing::kLockstep ? "lockstep" : "real time");
+  char text[384];
+  std::snprintf(
+      text, sizeof text,
+      "seed %llu, profile %s, %s, gates displaced %.2f m, turned %.0f deg; top speed %.2f m/s, mean %.2f m/s; %s",
+      static_cast<unsigned long long>(scenario.seed), a.profile.c_str(),
+      in_words(report.actuation, report.mismatch).c_str(), scenario.perturbation.position_m,
+      scenario.perturbation.yaw_rad * 180.0 / std::numbers::pi, report.top_speed_m_s, report.mean_speed_m_s,
+      report.timing == protocol::Timing::kLockstep ? "lockstep" : "real time");
   return text;
 }
 
