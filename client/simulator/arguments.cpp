@@ -9,14 +9,9 @@
 namespace gatefield::simulator {
 namespace {
 
-constexpr const char* kRotorThrusts = "rotor-thrusts";
-constexpr const char* kBodyRates = "body-rates";
-
 /// What the command line says of how the vehicle is driven, and how that is in truth.
 Status read_drive(const Arguments& a, config::Scenario* scenario) {
-  if (!a.actuation.empty())
-    scenario->vehicle.actuation = config::driven_by(
-        scenario->vehicle, a.actuation == kBodyRates ? Actuation::Kind::kBodyRates : Actuation::Kind::kRotorThrusts);
+  if (a.actuation) scenario->vehicle.actuation = config::driven_by(scenario->vehicle, *a.actuation);
   config::Mismatch& mismatch = scenario->mismatch;
   if (a.rate_loop_factor) mismatch.rate_lag_factor = *a.rate_loop_factor;
   if (a.setpoint_delay_ms) mismatch.setpoint_delay = from_seconds(1e-3 * *a.setpoint_delay_ms);
@@ -63,8 +58,9 @@ void declare(CLI::App* app, Arguments* a) {
   app->add_option("--camera-rate", a->camera_rate_hz, "Depth frames per second, in place of the vehicle's")
       ->group("Race");
   app->add_option("--actuation", a->actuation,
-                  "How the vehicle is driven: rotor-thrusts or body-rates (default: the vehicle file's)")
-      ->check(CLI::IsMember({kRotorThrusts, kBodyRates}))
+                  "How the vehicle is driven: rotor-thrusts or body-rates (default: the scenario's, else the vehicle "
+                  "file's)")
+      ->transform(CLI::CheckedTransformer(config::actuation_names(), CLI::ignore_case))
       ->group("Race");
   app->add_option("--rate-loop-factor", a->rate_loop_factor,
                   "Time constants of the true rate loop against those told, in place of the scenario's")

@@ -97,6 +97,12 @@ Actuation to_actuation(const ActuationSpec& spec) {
   return actuation;
 }
 
+const std::map<std::string, Actuation::Kind>& actuation_names() {
+  static const std::map<std::string, Actuation::Kind> names{{"rotor-thrusts", Actuation::Kind::kRotorThrusts},
+                                                            {"body-rates", Actuation::Kind::kBodyRates}};
+  return names;
+}
+
 Actuation driven_by(const Vehicle& vehicle, Actuation::Kind kind) {
   if (vehicle.actuation.kind == kind) return vehicle.actuation;
   Actuation actuation;

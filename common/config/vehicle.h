@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct Vehicle {
 /// with those of a flight controller that is tuned to the vehicle's rotors as usual, tau_r their time constant:
 /// thrust tau_r, rates about x and y 1.7 tau_r, about z 3.2 tau_r (there the rotors have the least to turn with).
 Actuation driven_by(const Vehicle& vehicle, Actuation::Kind kind);
+
+/// The kinds as command lines name them: "rotor-thrusts", "body-rates".
+const std::map<std::string, Actuation::Kind>& actuation_names();
 
 class ActuationSpec;  // of vehicle.proto
 

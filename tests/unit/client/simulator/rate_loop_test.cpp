@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include "client/simulator/plant.h"
+#include "common/config/locate.h"
+#include "common/config/vehicle.h"
 #include "tests/support/allocation_trap.h"
 
 namespace gatefield::simulator {
@@ -92,6 +95,33 @@ TEST(RateLoop, OtherPacesAndOtherVehiclesAreMetWithinTenPercent) {
   heavy.inertia_kg_m2 *= 3;
   heavy.thrust_max_n *= 3;
   EXPECT_NEAR(step_response(Flown(heavy), 0, 3.0).at_63_percent_s, 0.042, 0.002);
+}
+
+// What a vehicle's file says of its flight controller is what the loop here does with the vehicle.
+TEST(RateLoop, TheLagsOfTheShippedVehiclesAreThoseOfTheLoop) {
+  int looked_at = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(*config::config_folder() / "vehicles")) {
+    const auto vehicle = config::load_vehicle(entry.path());
+    ASSERT_TRUE(vehicle.ok()) << vehicle.error();
+    if (vehicle->actuation.kind != Actuation::Kind::kBodyRates) continue;
+    ++looked_at;
+    const auto& told = vehicle->actuation;
+    for (const auto& [axis, rate_rad_s] : {std::pair(0, 3.0), std::pair(1, 3.0), std::pair(2, 0.5)}) {
+      const Response response = step_response(Flown(vehicle->quadrotor, told.rate_time_constant_s), axis, rate_rad_s);
+      EXPECT_NEAR(response.at_63_percent_s / told.rate_time_constant_s[axis], 1.0, 0.05) << entry.path() << axis;
+    }
+    Flown flown(vehicle->quadrotor, told.rate_time_constant_s);
+    double after_s = 0;
+    const double goal_n = flown.weight_n() * (1.0 + 0.2 * (1.0 - 1.0 / std::numbers::e));
+    for (; flown.state().thrust_n.sum() < goal_n && after_s < 1.0; after_s += 1e-3)
+      flown.step(1.2 * flown.weight_n(), Eigen::Vector3d::Zero());
+    EXPECT_NEAR(after_s / told.thrust_time_constant_s, 1.0, 0.05) << entry.path();
+    config::Vehicle silent;
+    silent.quadrotor = vehicle->quadrotor;
+    const Actuation usual = config::driven_by(silent, Actuation::Kind::kBodyRates);
+    EXPECT_LT((usual.rate_time_constant_s - told.rate_time_constant_s).norm(), 1e-9) << "for a file that says nothing";
+  }
+  EXPECT_GE(looked_at, 3);
 }
 
 TEST(RateLoop, APaceBeyondTheRotorsIsRefused) {
