@@ -19,6 +19,18 @@ using Lines = google::protobuf::TextFormat::ParseInfoTree;
 
 constexpr int kMaxCells = 1000;
 
+// The files' numbers are the code's: reading and saving cast between them.
+static_assert(LEARNED == static_cast<int>(Perception::kLearned) && NONE == static_cast<int>(Perception::kNone) &&
+              CLASSICAL == static_cast<int>(Perception::kClassical) &&
+              TRUE_POSE == static_cast<int>(Perception::kTruePose));
+static_assert(FigureSpec::SPEED == static_cast<int>(Against::kSpeed) &&
+              FigureSpec::DELAY == static_cast<int>(Against::kDelay) &&
+              FigureSpec::JITTER == static_cast<int>(Against::kJitter) &&
+              FigureSpec::LOSS == static_cast<int>(Against::kLoss) &&
+              FigureSpec::POSITION == static_cast<int>(Against::kPosition) &&
+              FigureSpec::YAW == static_cast<int>(Against::kYaw) &&
+              FigureSpec::TILT == static_cast<int>(Against::kTilt));
+
 bool good_name(const std::string& name) {
   return !name.empty() && name.size() <= 60 &&
          name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-") ==
@@ -48,9 +60,12 @@ class Place {
     return error(field, Error{sentence, ErrorCode::kInvalid, field});
   }
 
-  /// What is wrong with the scenario, at the line of the field that sets it, else where the scenario is named.
-  Error scenario_error(const Error& failure) const {
-    int line = line_of(cell_field(failure.field));
+  /// What is wrong with the scenario, at the line of the field that sets it or names its file, else where the scenario
+  /// is named.
+  Error scenario_error(const config::ScenarioFile& scenario, const Error& failure) const {
+    int line = line_of(failure.file == scenario.vehicle()  ? "vehicle"
+                       : failure.file == scenario.course() ? "course"
+                                                           : cell_field(failure.field));
     if (line < 0) line = line_of("scenario");
     return at(line < 0 ? line_ : line, failure);
   }
@@ -232,7 +247,7 @@ Result<Cell> to_cell(const fs::path& file, const CellSpec& spec, const Place& pl
   const auto scenario_file = scenario_of(file, spec, place);
   if (!scenario_file) return scenario_file.failure();
   auto scenario = config::make_scenario(*scenario_file, file);
-  if (!scenario) return place.scenario_error(scenario.failure());
+  if (!scenario) return place.scenario_error(*scenario_file, scenario.failure());
 
   Cell cell;
   cell.name = spec.name();

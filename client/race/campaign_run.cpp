@@ -151,8 +151,9 @@ Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server,
   const bool learned = cell.perception == Perception::kLearned;
   if (!server.name.empty()) {
     if (learned) return print.value();
-    return Error{"cell '" + cell.name + "': perception is " + name(cell.perception) +
-                 ", expected LEARNED with a server on the network (--server): baselines have servers of their own"};
+    return Error::invalid("perception", name(cell.perception),
+                          "LEARNED with a server on the network (--server): baselines have servers of their own")
+        .within("cell '" + cell.name + "': ");
   }
 
   const fs::path profile = server.profiles / (cell.profile + ".txt");
@@ -185,9 +186,11 @@ Result<Plan> plan_run(const Campaign& campaign, const RunRequest& request) {
     const auto setup = plan.setups.find(result.cell);
     if (setup == plan.setups.end() || result.failure == Failure::kLostServer) continue;
     if (setup->second != result.setup && !request.allow_mixed)
-      return Error{request.folder.string() + ": '" + trial_name(result) +
-                   "' was flown with another program, scenario, profile or model than these, expected the same ones, "
-                   "another --out, or --allow-mixed"};
+      return Error{"'" + trial_name(result) +
+                       "' was flown with another program, scenario, profile or model than these, expected the same "
+                       "ones, another --out, or --allow-mixed",
+                   ErrorCode::kInvalid}
+          .at(request.folder.string());
     done.insert(trial_name(result));
   }
   for (const Trial& trial : trials_of(campaign, request.selection)) {
@@ -230,27 +233,30 @@ Result<std::size_t> merge_results(const std::vector<fs::path>& sources, const fs
     const auto results = folder ? read_trials(source) : read_trial_file(source);
     if (!results) return results.failure();
     if (folder && results->empty())
-      return Error{source.string() + ": has no results, expected a folder with trials*.csv that gatefield-race filled"};
+      return Error{"has no results, expected a folder with trials*.csv that gatefield-race filled",
+                   ErrorCode::kUnreadable}
+          .at(source.string());
     all.insert(all.end(), results->begin(), results->end());
     const fs::path home = folder ? source : source.parent_path();
     if (campaign.empty() && fs::exists(home / "campaign.txt", failure)) campaign = home;
   }
   if (campaign.empty())
-    return Error{"there is no campaign.txt beside the results, expected it in one of the folders at least"};
+    return Error{"there is no campaign.txt beside the results, expected it in one of the folders at least",
+                 ErrorCode::kUnreadable};
   all = newest(all);
   std::map<std::string, const TrialResult*> first;
   for (const TrialResult& result : all) {
     if (result.failure == Failure::kLostServer) continue;
     const auto [at, is_new] = first.emplace(result.cell, &result);
     if (is_new || allow_mixed || (at->second->setup == result.setup && at->second->model == result.model)) continue;
-    std::string sentence =
-        trial_name(*at->second);  // built with +=, since g++ 12 warns wrongly of overlap (-Wrestrict)
+    // Built with +=, since g++ 12 warns wrongly of overlap (-Wrestrict).
+    std::string sentence = trial_name(*at->second);
     sentence += " and ";
     sentence += trial_name(result);
     sentence +=
         " were flown with different programs, scenarios, profiles or models, expected the same ones, or "
         "--allow-mixed";
-    return Error{sentence};
+    return Error{sentence, ErrorCode::kInvalid};
   }
 
   // What is in the target already stays only where it was named as a source: a merge is what its sources are.
@@ -259,7 +265,8 @@ Result<std::size_t> merge_results(const std::vector<fs::path>& sources, const fs
     return fs::equivalent(source, out, failure) || fs::equivalent(source, file, failure);
   });
   if (fs::exists(file, failure) && !target_is_source)
-    return Error{file.string() + ": is there already, expected a new folder, or the folder among what is merged"};
+    return Error{"is there already, expected a new folder, or the folder among what is merged", ErrorCode::kInvalid}.at(
+        file.string());
   std::string text = csv_header() + "\n";
   for (const TrialResult& result : all) text += csv_line(result) + "\n";
   const auto spec = read_file(campaign / "campaign.txt");

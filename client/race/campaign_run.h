@@ -39,7 +39,8 @@ struct Plan {
 Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server,
                                const std::optional<std::uint64_t>& planner_seed = {});
 
-/// Finds what is in the folder already and what remains to be flown. Results of another setup are refused (or, with allow_mixed, counted).
+/// Finds what is in the folder already and what remains to be flown. Results of another setup are refused (or, with
+/// allow_mixed, counted).
 /// Errors: the folder's files, or a changed setup, with what to do.
 Result<Plan> plan_run(const Campaign& campaign, const RunRequest& request);
 

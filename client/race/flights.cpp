@@ -7,7 +7,6 @@
 #include <sstream>
 #include <utility>
 
-#include "client/race/files.h"
 #include "common/base/whole_file.h"
 
 namespace gatefield::race {
@@ -28,7 +27,7 @@ Result<simulator::FlownPath> read_path(const fs::path& file, const TrialResult& 
     simulator::FlownPath::Point point;
     if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf", &point.t_s, &point.p_W.x(), &point.p_W.y(), &point.p_W.z(),
                     &point.speed_m_s) != 5)
-      return Error(file.string() + ": can't be read as t_s,x_m,y_m,z_m,speed_m_s", ErrorCode::kUnreadable);
+      return Error{"can't be read as t_s,x_m,y_m,z_m,speed_m_s", ErrorCode::kUnreadable}.at(file.string());
     path.points.push_back(point);
   }
   return path;

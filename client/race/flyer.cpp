@@ -2,7 +2,7 @@
 
 #include <unistd.h>
 
-#include <algorithm>
+#include <utility>
 
 #include "client/race/files.h"
 #include "client/simulator/simulation.h"

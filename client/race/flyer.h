@@ -57,8 +57,8 @@ struct ServerOptions {
 Result<std::filesystem::path> find_model(const std::string& name);
 
 /// Flies through a gatefield-server over DDS in lockstep. One server of its own per worker, in a DDS domain of 10 to
-/// 99, restarted when it died or another model is asked for (or, for true poses, another world); or one on the network, by its name. Only that server is
-/// listened to, so that others in the domain do no harm.
+/// 99, restarted when it died or another model is asked for (or, for true poses, another world); or one on the network,
+/// by its name. Only that server is listened to, so that others in the domain do no harm.
 class ServerFlyer final : public Flyer {
  public:
   /// @param worker  from 0; distinct within this process

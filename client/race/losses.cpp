@@ -4,7 +4,6 @@
 
 #include <numbers>
 
-#include "client/race/files.h"
 #include "common/base/text.h"
 
 namespace gatefield::race {

@@ -5,7 +5,6 @@
 #include <mutex>
 #include <thread>
 
-#include "client/race/files.h"
 #include "common/base/clock.h"
 
 namespace gatefield::race {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <map>
 
 #include "client/race/trial_table.h"
 #include "common/base/whole_file.h"
@@ -120,7 +121,7 @@ Status TrialLog::write(const std::string& line) {
     if (written <= 0) {
       const Error error = system_error(file_, "can't be written, expected room on the disk");
       // What was begun is taken back; if even that fails, the next start cuts it off.
-      if (::ftruncate(descriptor_, before.st_size) != 0) return error;
+      [[maybe_unused]] const int taken_back = ::ftruncate(descriptor_, before.st_size);
       return error;
     }
     done += static_cast<std::size_t>(written);

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "client/race/trial_result.h"
+#include "common/base/result.h"
 
 /// Results as lines of trials.csv: the one place that knows its columns.
 namespace gatefield::race {

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <mutex>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "client/sdk/fallback.h"
@@ -14,6 +15,7 @@
 #include "client/sdk/problem_watch.h"
 #include "client/sdk/session_logic.h"
 #include "common/base/mailbox.h"
+#include "common/base/statistics.h"
 #include "common/dds/client_endpoint.h"
 #include "common/protocol/validate.h"
 
@@ -37,7 +39,7 @@ std::uint64_t fresh_number() {
   return number;
 }
 
-// The last 4096 values of something, and their quantiles.
+// The last 4096 values of something.
 class Window {
  public:
   void add(double value) {
@@ -47,13 +49,8 @@ class Window {
       values_[next_] = value;
     next_ = (next_ + 1) % kSize;
   }
-  double quantile(double q) const {
-    if (values_.empty()) return 0.0;
-    std::vector<double> sorted = values_;
-    const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(sorted.size() - 1) + 0.5);
-    std::nth_element(sorted.begin(), nth, sorted.end());
-    return *nth;
-  }
+  // 0 when there are none.
+  double quantile(double part) const { return values_.empty() ? 0.0 : gatefield::quantile(values_, part); }
 
  private:
   static constexpr std::size_t kSize = 4096;
@@ -222,15 +219,20 @@ class DdsClient final : public Client, private dds::ClientHandler {
   }
 
   LinkStatistics statistics() const override {
-    const std::lock_guard lock(mutex_);
     LinkStatistics statistics;
-    statistics.commands = commands_;
-    statistics.rejected = rejected_;
-    statistics.reconnects = logic_.reconnects();
-    statistics.round_trip_p50_s = round_trips_.quantile(0.50);
-    statistics.round_trip_p99_s = round_trips_.quantile(0.99);
-    statistics.solve_p50_s = solves_.quantile(0.50);
-    statistics.solve_p99_s = solves_.quantile(0.99);
+    Window round_trips, solves;  // sorted without the lock, which commands wait for
+    {
+      const std::lock_guard lock(mutex_);
+      statistics.commands = commands_;
+      statistics.rejected = rejected_;
+      statistics.reconnects = logic_.reconnects();
+      round_trips = round_trips_;
+      solves = solves_;
+    }
+    statistics.round_trip_p50_s = round_trips.quantile(0.50);
+    statistics.round_trip_p99_s = round_trips.quantile(0.99);
+    statistics.solve_p50_s = solves.quantile(0.50);
+    statistics.solve_p99_s = solves.quantile(0.99);
     return statistics;
   }
 

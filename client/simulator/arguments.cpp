@@ -128,7 +128,7 @@ Result<config::Scenario> read_scenario(const Arguments& a) {
   std::optional<config::Scenario> scenario;
   if (!a.scenario.empty() || !own_parts) {
     const auto file = config::find_config("scenarios", a.scenario.empty() ? "circle-0.3m" : a.scenario);
-    if (!file) return Error{file.error()};
+    if (!file) return file.failure();
     auto loaded = config::load_scenario(*file);
     if (!loaded) return loaded;
     scenario = std::move(loaded).value();
@@ -138,17 +138,17 @@ Result<config::Scenario> read_scenario(const Arguments& a) {
   }
   if (!a.course.empty()) {
     const auto file = config::find_config("courses", a.course);
-    if (!file) return Error{file.error()};
+    if (!file) return file.failure();
     auto track = config::load_track(*file);
-    if (!track) return Error{track.error()};
+    if (!track) return track.failure();
     scenario->track = std::move(track).value();
     scenario->course_file = *file;
   }
   if (!a.vehicle.empty()) {
     const auto file = config::find_config("vehicles", a.vehicle);
-    if (!file) return Error{file.error()};
+    if (!file) return file.failure();
     auto vehicle = config::load_vehicle(*file);
-    if (!vehicle) return Error{vehicle.error()};
+    if (!vehicle) return vehicle.failure();
     scenario->vehicle = std::move(vehicle).value();
     scenario->vehicle_file = *file;
   }
@@ -161,10 +161,10 @@ Result<config::Scenario> read_scenario(const Arguments& a) {
     scenario->perturbation.height_m = 0.5 * *a.position_noise_m;
   }
   if (a.yaw_noise_deg) scenario->perturbation.yaw_rad = *a.yaw_noise_deg * std::numbers::pi / 180.0;
-  if (auto status = config::validate(scenario->perturbation); !status) return Error{"command line: " + status.error()};
-  if (auto status = read_drive(a, &*scenario); !status) return Error{"command line: " + status.error()};
+  if (auto status = config::validate(scenario->perturbation); !status) return status.failure().within("command line: ");
+  if (auto status = read_drive(a, &*scenario); !status) return status.failure().within("command line: ");
   if (a.camera_rate_hz) scenario->vehicle.camera.rate_hz = *a.camera_rate_hz;
-  if (auto status = validate(scenario->vehicle.camera); !status) return Error{"command line: " + status.error()};
+  if (auto status = validate(scenario->vehicle.camera); !status) return status.failure().within("command line: ");
   if (a.time_limit_s) scenario->time_limit = from_seconds(*a.time_limit_s);
   return std::move(*scenario);
 }

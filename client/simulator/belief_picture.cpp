@@ -38,13 +38,6 @@ void draw_field_bar(Canvas* canvas, const Eigen::Vector2d& top_left, double widt
   canvas->text("SDF [m]", top_left + Eigen::Vector2d(0.5 * width + 6, -14), 11, kInk, Align::kCenter);
 }
 
-void draw_heading(Canvas* canvas, const std::string& title, const std::string& subtitle, double width) {
-  double height = 20;
-  while (height > 10 && Canvas::text_width(title, height, true) > width - 100) height -= 1;
-  canvas->text(title, {80, 48}, height, kInk, Align::kLeft, true);
-  canvas->text(subtitle, {80, 80}, 12, kInk);
-}
-
 double race_time_s(const trace::Step& step) { return seconds(step.stamp - kLockstepEpoch); }
 
 void draw_rollout(Canvas* canvas, const View& view, const Eigen::Vector3d& from_W, const trace::Rollout& rollout,
@@ -99,19 +92,6 @@ Eigen::AlignedBox3d whole(const scene::World& world, const Report& report, const
   box.max().array() += 1.2;
   if (world.has_floor) box.min().z() = world.floor_z_m;
   return box;
-}
-
-cv::Mat depth_colors(const scene::DepthImage& depth, const CameraModel& camera) {
-  cv::Mat colors(depth.height_px, depth.width_px, CV_8UC3, cv::Scalar(0, 0, 0));
-  for (int v = 0; v < depth.height_px; ++v)
-    for (int u = 0; u < depth.width_px; ++u) {
-      const float depth_m = depth.depth_m[static_cast<std::size_t>(v * depth.width_px + u)];
-      if (!(depth_m > 0)) continue;
-      const cv::Scalar color = ramp_color(depth_m / camera.max_depth_m);
-      colors.at<cv::Vec3b>(v, u) = {static_cast<std::uint8_t>(color[0]), static_cast<std::uint8_t>(color[1]),
-                                    static_cast<std::uint8_t>(color[2])};
-    }
-  return colors;
 }
 
 }  // namespace
@@ -215,7 +195,7 @@ Status write_approach_picture(const std::filesystem::path& file, const config::S
       Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
       X_WB.linear() = sample->state.q_WB.toRotationMatrix();
       X_WB.translation() = sample->state.p_WB;
-      canvas.image(depth_colors(sensor.capture(X_WB), scenario.vehicle.camera), {left, 130}, 350, 197);
+      canvas.image(depth_colors(sensor.capture(X_WB), scenario.vehicle.camera.max_depth_m), {left, 130}, 350, 197);
     }
     const Eigen::Vector3d middle_W = 0.5 * (steps.front()->p_W + gate_W);
     const double half_m = 0.5 * (steps.front()->p_W - gate_W).norm() + 1.5;

@@ -13,8 +13,8 @@ namespace gatefield::simulator {
 enum class Align { kLeft, kCenter, kRight };
 
 /// A sheet to draw on, in its own pixels with fractions, drawn at twice the size and scaled down in the end, so that
-/// thin lines, slants and letters come out smooth. Colours are BGR as OpenCV has them. Thread-safe: no.   Real-time
-/// safe: no.
+/// thin lines, slants and letters come out smooth. Colours are BGR as OpenCV has them.
+/// Thread-safe: no.   Real-time safe: no.
 class Canvas {
  public:
   Canvas(int width, int height, const cv::Scalar& background = {255, 255, 255});
@@ -22,12 +22,12 @@ class Canvas {
   void line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const cv::Scalar& color, double width = 1.0);
   void dashed_line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const cv::Scalar& color, double width,
                    double dash);
-  void circle(const Eigen::Vector2d& center, double radius, const cv::Scalar& color,
-              double width);  ///< width < 0: filled
+  /// @param width  below 0: filled
+  void circle(const Eigen::Vector2d& center, double radius, const cv::Scalar& color, double width);
   /// Convex, filled; opacity 0 to 1.
   void polygon(const std::vector<Eigen::Vector2d>& corners, const cv::Scalar& color, double opacity = 1.0);
-  void rectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const cv::Scalar& color,
-                 double width);  ///< width < 0: filled
+  /// @param width  below 0: filled
+  void rectangle(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const cv::Scalar& color, double width);
   /// Text on its baseline; `height` of a capital letter in pixels. ASCII.
   void text(const std::string& what, const Eigen::Vector2d& at, double height, const cv::Scalar& color,
             Align align = Align::kLeft, bool bold = false);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "client/simulator/canvas.h"
+#include "client/simulator/view.h"
 #include "common/base/whole_file.h"
 #include "common/config/frame.h"
 
@@ -11,20 +11,11 @@ namespace gatefield::simulator {
 
 Status write_depth_picture(const std::filesystem::path& file, const Snapshot& snapshot, const std::string& title) {
   const scene::DepthImage& depth = snapshot.depth;
-  cv::Mat colors(depth.height_px, depth.width_px, CV_8UC3, cv::Scalar(0, 0, 0));
-  for (int v = 0; v < depth.height_px; ++v)
-    for (int u = 0; u < depth.width_px; ++u) {
-      const float depth_m = depth.depth_m[static_cast<std::size_t>(v * depth.width_px + u)];
-      if (!(depth_m > 0)) continue;
-      const cv::Scalar color = ramp_color(depth_m / snapshot.camera.max_depth_m);
-      colors.at<cv::Vec3b>(v, u) = {static_cast<std::uint8_t>(color[0]), static_cast<std::uint8_t>(color[1]),
-                                    static_cast<std::uint8_t>(color[2])};
-    }
   constexpr double kWidth_px = 960;
   const double height_px = kWidth_px * depth.height_px / depth.width_px;
   Canvas canvas(1150, static_cast<int>(height_px) + 110);
-  canvas.text(title, {40, 44}, 14, {70, 60, 50}, Align::kLeft, true);
-  canvas.image(colors, {40, 70}, kWidth_px, height_px);
+  canvas.text(title, {40, 44}, 14, kInk, Align::kLeft, true);
+  canvas.image(depth_colors(depth, snapshot.camera.max_depth_m), {40, 70}, kWidth_px, height_px);
   draw_color_bar(&canvas, {1045, 100}, 20, height_px - 30, 0.0, snapshot.camera.max_depth_m, "depth [m]");
 
   return canvas.save(file);

@@ -168,10 +168,7 @@ Status write_flight_picture(const std::filesystem::path& file, const config::Sce
 
   Canvas canvas(1800, 1000);
   const std::string title = (scenario.title.empty() ? "" : scenario.title + " - ") + report.sentence;
-  double title_height = 20;
-  while (title_height > 10 && Canvas::text_width(title, title_height, true) > 1700) title_height -= 1;
-  canvas.text(title, {80, 48}, title_height, report.outcome == Outcome::kFinished ? kGood : kBad, Align::kLeft, true);
-  canvas.text(subtitle, {80, 80}, 12, kInk);
+  draw_heading(&canvas, title, subtitle, 1800, report.outcome == Outcome::kFinished ? kGood : kBad);
 
   const Eigen::AlignedBox2d plan(Eigen::Vector2d(shown.min().head<2>()), Eigen::Vector2d(shown.max().head<2>()));
   const View top(&canvas, {110, 130}, {780, 780}, 0, 1, plan);
@@ -220,10 +217,7 @@ Status write_flights_picture(const std::filesystem::path& file, const config::Sc
   const SpeedRange speeds(std::move(speeds_m_s), top_m_s);
 
   Canvas canvas(1800, 1000);
-  double title_height = 20;
-  while (title_height > 10 && Canvas::text_width(title, title_height, true) > 1700) title_height -= 1;
-  canvas.text(title, {80, 48}, title_height, kInk, Align::kLeft, true);
-  canvas.text(subtitle, {80, 80}, 12, kInk);
+  draw_heading(&canvas, title, subtitle, 1800);
 
   const double opacity = std::max(0.06, 0.6 / std::sqrt(static_cast<double>(std::max<std::size_t>(flights.size(), 1))));
   const auto draw = [&](const View& view) {

@@ -23,7 +23,7 @@ constexpr int kExitWon = 0, kExitLost = 1, kExitBadInput = 2, kExitNoServer = 3;
 std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler stores into it");
 
-/// Connects, but gives way to an interrupt at once. Null and no error: interrupted.
+/// Connects, but gives way to an interrupt: what takes longer than 1.2 s after it ends with the program.
 Result<std::unique_ptr<sdk::Client>> connect(const sdk::Options& options) {
   auto attempt = std::async(std::launch::async, [&options] { return sdk::Client::connect(options); });
   while (attempt.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
@@ -38,10 +38,10 @@ Result<std::unique_ptr<sdk::Client>> connect(const sdk::Options& options) {
 }
 
 /// One line on a terminal that is written over and over; elsewhere one line per lap.
-class ProgressLine {
+class LapLine {
  public:
-  explicit ProgressLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
-  ~ProgressLine() { clear(); }
+  explicit LapLine(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
+  ~LapLine() { clear(); }
 
   void show(const Progress& p) {
     if (quiet_) return;
@@ -84,7 +84,7 @@ int run(const Arguments& a) {
   auto client = connect(*link);
   if (!client) return complain(client.error(), stop_requested ? kExitWon : kExitNoServer);
 
-  ProgressLine line(a.quiet);
+  LapLine line(a.quiet);
   const auto report = fly(
       *scenario, options, client.value().get(), stop_requested, [&line](const Progress& p) { line.show(p); },
       [&line](const HeardProblem& heard) {

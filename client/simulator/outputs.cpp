@@ -2,26 +2,24 @@
 
 #include <unistd.h>
 
-#include <cstdio>
 #include <filesystem>
 #include <numbers>
+#include <string>
+#include <system_error>
 
 #include "client/simulator/depth_picture.h"
 #include "client/simulator/flight_picture.h"
+#include "common/base/text.h"
 
 namespace gatefield::simulator {
 namespace {
 
 std::string subtitle(const Arguments& a, const config::Scenario& scenario, const Report& report) {
-  char text[384];
-  std::snprintf(
-      text, sizeof text,
-      "seed %llu, profile %s, %s, gates displaced %.2f m, turned %.0f deg; top speed %.2f m/s, mean %.2f m/s; %s",
-      static_cast<unsigned long long>(scenario.seed), a.profile.c_str(),
-      in_words(report.actuation, report.mismatch).c_str(), scenario.perturbation.position_m,
-      scenario.perturbation.yaw_rad * 180.0 / std::numbers::pi, report.top_speed_m_s, report.mean_speed_m_s,
-      report.timing == protocol::Timing::kLockstep ? "lockstep" : "real time");
-  return text;
+  const double turned_deg = scenario.perturbation.yaw_rad * 180.0 / std::numbers::pi;
+  return "seed " + text(scenario.seed) + ", profile " + a.profile + ", " + in_words(report.actuation, report.mismatch) +
+         ", gates displaced " + fixed(scenario.perturbation.position_m, 2) + " m, turned " + fixed(turned_deg, 0) +
+         " deg; top speed " + fixed(report.top_speed_m_s, 2) + " m/s, mean " + fixed(report.mean_speed_m_s, 2) +
+         " m/s; " + (report.timing == protocol::Timing::kLockstep ? "lockstep" : "real time");
 }
 
 }  // namespace
@@ -34,8 +32,11 @@ Status check_outputs(const Arguments& a) {
     std::error_code failure;
     std::filesystem::create_directories(folder, failure);
     if (failure || access(folder.c_str(), W_OK) != 0)
-      return Error{name + ": its folder can't be made or written to, expected a place that this user may write to"};
-    if (std::filesystem::is_directory(name, failure)) return Error{name + ": is a folder, expected a file name"};
+      return Error{"its folder can't be made or written to, expected a place that this user may write to",
+                   ErrorCode::kUnreadable}
+          .at(name);
+    if (std::filesystem::is_directory(name, failure))
+      return Error{"is a folder, expected a file name", ErrorCode::kUnreadable}.at(name);
   }
   return {};
 }
@@ -49,9 +50,8 @@ Status write_outputs(const Arguments& a, const config::Scenario& scenario, const
   if (!report.snapshot) return {};
   const Snapshot& snapshot = *report.snapshot;
   if (!a.depth_picture.empty()) {
-    char title[128];
-    std::snprintf(title, sizeof title, "Depth as the planner gets it, gate %d ahead, %.2f s into the race",
-                  snapshot.waypoint + 1, snapshot.t_s);
+    const std::string title = "Depth as the planner gets it, gate " + text(snapshot.waypoint + 1) + " ahead, " +
+                              fixed(snapshot.t_s, 2) + " s into the race";
     if (auto status = write_depth_picture(a.depth_picture, snapshot, title); !status) return status;
   }
   return a.frame_folder.empty() ? Status() : save_frame(a.frame_folder, snapshot);

@@ -107,8 +107,8 @@ void Plant::set_state(const QuadrotorState& state) noexcept {
   data->qpos[5] = state.q_WB.y();
   data->qpos[6] = state.q_WB.z();
   Eigen::Map<Eigen::Vector3d>(data->qvel) = state.v_WB;
-  Eigen::Map<Eigen::Vector3d>(data->qvel + 3) =
-      state.w_WB_B;  // of a free joint: angular velocity in the body's own axes
+  // Of a free joint: angular velocity in the body's own axes.
+  Eigen::Map<Eigen::Vector3d>(data->qvel + 3) = state.w_WB_B;
   mj_forward(physics_->model.get(), data);
   read_back();
 }
@@ -140,8 +140,8 @@ void Plant::step_body(const QuadrotorState& rotors) noexcept {
   const Wrench wrench = aerodynamic_wrench(model_, middle, wind_W_m_s_);
 
   mjData* data = physics_->data.get();
-  mjtNum* applied =
-      data->xfrc_applied + 6 * physics_->body;  // force and torque at the centre of mass, both in world axes
+  // Force and torque at the centre of mass, both in world axes.
+  mjtNum* applied = data->xfrc_applied + 6 * physics_->body;
   Eigen::Map<Eigen::Vector3d>{applied} = wrench.force_W;
   Eigen::Map<Eigen::Vector3d>(applied + 3) = middle.q_WB * wrench.torque_B;
   mj_step(physics_->model.get(), data);

@@ -1,30 +1,31 @@
 #include "client/simulator/simulation.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "client/simulator/lockstep_race.h"
 #include "client/simulator/plant.h"
 #include "client/simulator/problem_list.h"
 #include "client/simulator/real_time_race.h"
+#include "common/base/text.h"
 
 namespace gatefield::simulator {
 
 using protocol::Timing;
 
 Status validate(const Options& options) {
-  if (options.link_delay < Stamp{0} || options.link_delay > std::chrono::seconds(1))
-    return Error{"the link delay is " + std::to_string(1e3 * seconds(options.link_delay)) +
-                 " ms, expected 0 to 1000 ms"};
-  if (options.link_jitter < Stamp{0} || options.link_jitter > std::chrono::seconds(1))
-    return Error{"the link's jitter is " + std::to_string(1e3 * seconds(options.link_jitter)) +
-                 " ms, expected 0 to 1000 ms"};
+  for (const auto& [field, value] :
+       {std::pair("link_delay", options.link_delay), std::pair("link_jitter", options.link_jitter)})
+    if (value < Stamp{0} || value > std::chrono::seconds(1))
+      return Error::invalid(field, text(1e3 * seconds(value)) + " ms", "0 to 1000 ms");
   if (!(options.link_loss >= 0 && options.link_loss <= 0.9))
-    return Error{"the link's loss is " + std::to_string(options.link_loss) + ", expected 0 to 0.9 of the messages"};
+    return Error::invalid("link_loss", text(options.link_loss), "0 to 0.9 of the messages");
   if (options.timing == Timing::kRealTime &&
       (options.link_delay > Stamp{0} || options.link_jitter > Stamp{0} || options.link_loss > 0))
-    return Error{"a link's delay, jitter and loss are only simulated in lockstep, expected none in real time"};
+    return Error{"a link's delay, jitter and loss are only simulated in lockstep, expected none in real time",
+                 ErrorCode::kInvalid, "timing"};
   if (!(options.state_rate_hz >= 10 && options.state_rate_hz <= 1000))
-    return Error{"the state rate is " + std::to_string(options.state_rate_hz) + " Hz, expected 10 to 1000 Hz"};
+    return Error::invalid("state_rate_hz", text(options.state_rate_hz) + " Hz", "10 to 1000 Hz");
   return {};
 }
 

@@ -22,8 +22,8 @@ struct Options {
   Stamp link_jitter{0};
   /// Lockstep: probability that a message is lost: a state on its way there, its answer on the way back, a frame.
   double link_loss = 0.0;
-  double state_rate_hz =
-      200.0;  ///< real time: how often the state is sent, 10 to 1000 Hz (rounded to whole milliseconds)
+  /// Real time: how often the state is sent, 10 to 1000 Hz (rounded to whole milliseconds).
+  double state_rate_hz = 200.0;
   bool depth_in_counts = true;  ///< 16 bits, of the camera's metres_per_count; else 32-bit metres
   /// Lockstep: how long (wall clock) to wait for an answer before flying on along the last plan.
   std::chrono::milliseconds answer_timeout{2000};
@@ -44,7 +44,7 @@ using ProgressFunction = std::function<void(const Progress&)>;
 
 using ProblemFunction = std::function<void(const HeardProblem&)>;
 
-/// Options that make no sense together, as a sentence.
+/// Says which option is wrong, or which make no sense together. Errors: kInvalid with the field ("link_delay").
 Status validate(const Options& options);
 
 /// Flies one race of the scenario with `client`, which has joined a session already, and tells how it went.

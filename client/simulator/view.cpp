@@ -40,6 +40,27 @@ void View::draw_box(const scene::Box& box, const cv::Scalar& color, double opaci
   canvas_->polygon(polygon, color, opacity);
 }
 
+void draw_heading(Canvas* canvas, const std::string& title, const std::string& subtitle, double width,
+                  const cv::Scalar& color) {
+  double height = 20;
+  while (height > 10 && Canvas::text_width(title, height, true) > width - 100) height -= 1;
+  canvas->text(title, {80, 48}, height, color, Align::kLeft, true);
+  canvas->text(subtitle, {80, 80}, 12, kInk);
+}
+
+cv::Mat depth_colors(const scene::DepthImage& depth, double max_depth_m) {
+  cv::Mat colors(depth.height_px, depth.width_px, CV_8UC3, cv::Scalar(0, 0, 0));
+  for (int v = 0; v < depth.height_px; ++v)
+    for (int u = 0; u < depth.width_px; ++u) {
+      const float depth_m = depth.depth_m[static_cast<std::size_t>(v * depth.width_px + u)];
+      if (!(depth_m > 0)) continue;
+      const cv::Scalar color = ramp_color(depth_m / max_depth_m);
+      colors.at<cv::Vec3b>(v, u) = {static_cast<std::uint8_t>(color[0]), static_cast<std::uint8_t>(color[1]),
+                                    static_cast<std::uint8_t>(color[2])};
+    }
+  return colors;
+}
+
 Eigen::Vector3d inside(const config::Track& track, const Eigen::Vector3d& p_W) {
   return p_W.cwiseMax(track.flight_volume.min()).cwiseMin(track.flight_volume.max());
 }

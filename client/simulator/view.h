@@ -7,6 +7,7 @@
 
 #include "client/simulator/canvas.h"
 #include "common/config/scenario.h"
+#include "common/scene/depth_camera.h"
 #include "common/scene/world.h"
 
 /// What the pictures of flights have in common: views of the world to scale, and the world in them.
@@ -58,6 +59,13 @@ class View {
   Eigen::Vector2d center_, middle_, top_left_, bottom_right_;
   Eigen::AlignedBox2d shown_;
 };
+
+/// Title and, under it, a subtitle over a sheet of that width; a long title is written smaller.
+void draw_heading(Canvas* canvas, const std::string& title, const std::string& subtitle, double width,
+                  const cv::Scalar& color = kInk);
+
+/// A depth image in colours, near to far; pixels without a return are black.
+cv::Mat depth_colors(const scene::DepthImage& depth, double max_depth_m);
 
 /// Nearest point of the flight volume: a vehicle that ran away does not shrink the picture to nothing.
 Eigen::Vector3d inside(const config::Track& track, const Eigen::Vector3d& p_W);

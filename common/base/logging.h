@@ -2,11 +2,13 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "common/base/clock.h"
 
+/// What programs say to the person who runs them. Thread-safe: yes, but for start().   Real-time safe: no.
 namespace gatefield::log {
 
 /// Starts logging to standard error; `level` is one of trace, debug, info, warn, error, off. Unknown levels mean info.

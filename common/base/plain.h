@@ -7,7 +7,7 @@
 /// Eigen aligns Vector4d, Quaterniond and the like as the widest vector unit wants that the code is compiled for: 16
 /// bytes for plain x86-64, 32 with -mavx. A struct that holds one then differs between a library and a user of other
 /// flags, without an error. These lie like arrays of double, whatever the flags; they convert from and to the aligned
-/// types, and the arithmetic is the same. Vector3d and Matrix3d have no alignment of their own and are fine as they are.
+/// types, and the arithmetic is the same. Vector3d and Matrix3d have no alignment of their own and need nothing.
 namespace gatefield {
 
 using PlainVector2 = Eigen::Matrix<double, 2, 1, Eigen::DontAlign>;

@@ -10,7 +10,8 @@ class ProgressLine {
  public:
   explicit ProgressLine(std::string title);
   ~ProgressLine();
-  /// @param part 0 to 1, @param rest what else to say
+  /// @param part  what is done, 0 to 1
+  /// @param rest  what else to say
   void show(double part, double time_left_s, const std::string& rest);
   /// A full line of its own between the progress.
   void say(const std::string& text);

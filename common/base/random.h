@@ -27,13 +27,13 @@ constexpr std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> count
 /// when the program is compiled (64-bit FNV-1a), so it costs nothing and can't be made up at run time.
 class Stream {
  public:
-  explicit consteval Stream(std::string_view name) : hash_(0xcbf29ce484222325ull) {
+  explicit consteval Stream(std::string_view name) {
     for (const char c : name) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * 0x100000001b3ull;
   }
   constexpr std::uint64_t hash() const noexcept { return hash_; }
 
  private:
-  std::uint64_t hash_;
+  std::uint64_t hash_ = 0xcbf29ce484222325ull;
 };
 
 /// The key of a stream: the finalizer of SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number

@@ -22,7 +22,8 @@ std::string brief(double value) { return fmt::format("{:g}", value); }
 std::string fixed(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
 
 std::string clock_text(double seconds) {
-  const auto total = static_cast<long long>(std::max(0.0, std::isfinite(seconds) ? seconds : 0.0) + 0.5);
+  constexpr double kMax_s = 1e15;  // any number is some text
+  const auto total = static_cast<long long>(std::clamp(std::isfinite(seconds) ? seconds : 0.0, 0.0, kMax_s) + 0.5);
   if (total < 3600) return fmt::format("{}:{:02}", total / 60, total % 60);
   return fmt::format("{}:{:02}:{:02}", total / 3600, total / 60 % 60, total % 60);
 }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <sstream>
 
+#include "common/base/text.h"
 #include "common/config/course.pb.h"
 #include "common/config/gate_spec.h"
 #include "common/config/text_file.h"
@@ -17,22 +17,14 @@ constexpr double kMaxCoordinate_m = 10000.0;
 
 Eigen::Vector3d to_vector(const Vector& v) { return {v.x(), v.y(), v.z()}; }
 
-std::string text(const Eigen::Vector3d& v) {
-  std::ostringstream out;
-  out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
-  return out.str();
-}
-
 Status check_number(const std::string& field, double value, double low, double high, const std::string& unit) {
   if (value >= low && value <= high) return {};
-  std::ostringstream out;
-  out << field << " is " << value << ", expected " << low << " to " << high << unit;
-  return Error{out.str()};
+  return Error::invalid(field, brief(value), brief(low) + " to " + brief(high) + unit);
 }
 
 Status check_point(const std::string& field, const Eigen::Vector3d& p) {
   if (p.allFinite() && p.cwiseAbs().maxCoeff() <= kMaxCoordinate_m) return {};
-  return Error{field + " is " + text(p) + ", expected finite coordinates within 10 km"};
+  return Error::invalid(field, text(p), "finite coordinates within 10 km");
 }
 
 Status check_gate(const std::string& field, const GateSpec& spec) {
@@ -45,18 +37,19 @@ Status add_waypoint(const WaypointSpec& spec, const std::string& field, const Ga
   waypoint.p_W = to_vector(spec.position());
   if (auto status = check_point(field + ".position", waypoint.p_W); !status) return status;
   if (spec.has_yaw_deg() && spec.has_direction())
-    return Error{field + " has both yaw_deg and direction, expected at most one of them"};
+    return Error{field + " has both yaw_deg and direction, expected at most one of them", ErrorCode::kInvalid, field};
   if (spec.has_yaw_deg()) {
     if (auto status = check_number(field + ".yaw_deg", spec.yaw_deg(), -360, 360, " degrees"); !status) return status;
     waypoint.direction_W = {std::cos(spec.yaw_deg() * kDegree), std::sin(spec.yaw_deg() * kDegree), 0};
   } else if (spec.has_direction()) {
     const Eigen::Vector3d direction = to_vector(spec.direction());
     if (!(direction.allFinite() && direction.norm() > 1e-6))
-      return Error{field + ".direction is " + text(direction) + ", expected a finite vector that is not zero"};
+      return Error::invalid(field + ".direction", text(direction), "a finite vector that is not zero");
     waypoint.direction_W = direction.normalized();
   }
   if (spec.has_gate() && spec.has_opening())
-    return Error{field + " has both opening and gate, expected at most one of them: a gate says its opening itself"};
+    return Error{field + " has both opening and gate, expected at most one of them: a gate says its opening itself",
+                 ErrorCode::kInvalid, field};
   waypoint.gate = to_shape(spec.has_gate() ? spec.gate() : gate);
   if (spec.has_opening()) waypoint.gate.opening = to_opening(spec.opening());
   if (spec.has_gate())
@@ -106,7 +99,7 @@ Status add_clutter(const CourseFile& spec, std::vector<scene::Box>* clutter) {
     const Eigen::Vector3d size = to_vector(box.size());
     if (auto status = check_point(field + ".center", to_vector(box.center())); !status) return status;
     if (!(size.allFinite() && size.minCoeff() >= 0.01 && size.maxCoeff() <= 1000))
-      return Error{field + ".size is " + text(size) + ", expected edge lengths of 0.01 to 1000 m"};
+      return Error::invalid(field + ".size", text(size), "edge lengths of 0.01 to 1000 m");
     if (auto status = check_number(field + ".yaw_deg", box.yaw_deg(), -360, 360, " degrees"); !status) return status;
     if (auto status = check_number(field + ".reflectance", box.reflectance(), 0, 1, ""); !status) return status;
     out.X_WO.linear() = Eigen::AngleAxisd(box.yaw_deg() * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -137,28 +130,26 @@ Status check_places(const Track& track) {
   for (std::size_t i = 0; i < track.course.waypoints.size(); ++i) {
     const Eigen::Vector3d& p_W = track.course.waypoints[i].p_W;
     const std::string field = "waypoint[" + std::to_string(i) + "].position";
-    if (!volume.contains(p_W))
-      return Error{field + " is " + text(p_W) + ", expected a place in the flight volume, " + range};
+    if (!volume.contains(p_W)) return Error::invalid(field, text(p_W), "a place in the flight volume, " + range);
     const double outer_half_m = track.course.waypoints[i].gate.outer_half_m;
     const double lowest_m = p_W.z() - outer_half_m;
     if (track.has_floor && lowest_m < track.floor_z_m - 1e-9)
-      return Error{field + " is " + text(p_W) + ", expected z of at least " +
-                   std::to_string(track.floor_z_m + outer_half_m) +
-                   " m, so that the gate stands on the floor or above"};
+      return Error::invalid(field, text(p_W),
+                            "z of at least " + text(track.floor_z_m + outer_half_m) +
+                                " m, so that the gate stands on the floor or above");
   }
   if (!volume.contains(track.start_p_WB))
-    return Error{"start.position is " + text(track.start_p_WB) + ", expected a place in the flight volume, " + range};
+    return Error::invalid("start.position", text(track.start_p_WB), "a place in the flight volume, " + range);
   if (track.has_floor && track.start_p_WB.z() <= track.floor_z_m)
-    return Error{"start.position is " + text(track.start_p_WB) +
-                 ", expected a place above the floor at z = " + std::to_string(track.floor_z_m)};
+    return Error::invalid("start.position", text(track.start_p_WB),
+                          "a place above the floor at z = " + text(track.floor_z_m) + " m");
   return {};
 }
 
 Status convert(const CourseFile& spec, Track* track) {
   track->title = spec.title();
   if (spec.waypoint_size() < 1 || spec.waypoint_size() > kMaxWaypoints)
-    return Error{"waypoint is given " + std::to_string(spec.waypoint_size()) + " times, expected 1 to " +
-                 std::to_string(kMaxWaypoints)};
+    return Error::invalid("waypoint", "given " + text(spec.waypoint_size()) + " times", "1 to " + text(kMaxWaypoints));
   if (auto status = check_gate("", spec.gate()); !status) return status;
   for (int i = 0; i < spec.waypoint_size(); ++i)
     if (auto status = add_waypoint(spec.waypoint(i), "waypoint[" + std::to_string(i) + "]", spec.gate(), track);
@@ -172,7 +163,8 @@ Status convert(const CourseFile& spec, Track* track) {
     if (waypoint.direction_W.isZero()) waypoint.direction_W = passing_direction(track->course, i);
     if (waypoint.direction_W.isZero())
       return Error{"waypoint[" + std::to_string(i) +
-                   "] has no neighbours to take its direction from, expected yaw_deg or direction"};
+                       "] has no neighbours to take its direction from, expected yaw_deg or direction",
+                   ErrorCode::kInvalid, "waypoint[" + std::to_string(i) + "]"};
   }
   name_shared_gates(&track->course.waypoints);
   track->has_floor = spec.has_floor();
@@ -197,8 +189,8 @@ Status convert(const CourseFile& spec, Track* track) {
   if (auto status = check_point("flight_volume.min", low); !status) return status;
   if (auto status = check_point("flight_volume.max", high); !status) return status;
   if (!((high - low).minCoeff() >= 0.5))
-    return Error{"flight_volume.max is " + text(high) +
-                 ", expected every coordinate at least 0.5 m above flight_volume.min, " + text(low)};
+    return Error::invalid("flight_volume.max", text(high),
+                          "every coordinate at least 0.5 m above flight_volume.min, " + text(low));
   track->flight_volume = Eigen::AlignedBox3d(low, high);
 
   if (auto status = add_clutter(spec, &track->clutter); !status) return status;

@@ -29,8 +29,10 @@ struct Track {
 };
 
 /// Reads a course file (schema: course.proto) and checks it: 1 to 64 waypoints, gate shapes, waypoints and start inside
-/// the flight volume, gates above the floor. The sentence names file, field, value and what was expected. Thread-safe:
-/// yes.   Real-time safe: no.
+/// the flight volume, gates above the floor.
+/// Errors: as load_text(); kInvalid with the field ("waypoint[2].position"), and a sentence that names file, field,
+/// value and what was expected.
+/// Thread-safe: yes.   Real-time safe: no.
 Result<Track> load_track(const std::filesystem::path& file);
 
 /// The world as the course file has it: each physical gate once, numbered as gate_index() has it, at its nominal pose

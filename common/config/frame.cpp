@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "common/base/text.h"
 #include "common/config/frame.pb.h"
 #include "common/config/gate_spec.h"
 #include "common/config/text_file.h"
@@ -25,11 +26,11 @@ void put_pose(const Eigen::Isometry3d& X, PoseSpec* spec) {
 Result<Eigen::Isometry3d> get_pose(const PoseSpec& spec, const std::string& field) {
   const Eigen::Quaterniond q(spec.qw(), spec.qx(), spec.qy(), spec.qz());
   if (!(std::abs(q.norm() - 1.0) < 1e-3))
-    return Error{field + " has a quaternion of length " + std::to_string(q.norm()) + ", expected 1"};
+    return Error{field + " has a quaternion of length " + text(q.norm()) + ", expected 1", ErrorCode::kInvalid, field};
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear() = q.normalized().toRotationMatrix();
   X.translation() = Eigen::Vector3d(spec.position().x(), spec.position().y(), spec.position().z());
-  if (!X.translation().allFinite()) return Error{field + ".position is not finite, expected metres"};
+  if (!X.translation().allFinite()) return Error::invalid(field + ".position", "not finite", "metres");
   return X;
 }
 

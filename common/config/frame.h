@@ -24,8 +24,9 @@ struct SavedFrame {
   double time_s = 0.0;
 };
 
-/// Reads the text; `depth_file` comes back as a path that can be opened. The sentence names file, field, value and what
-/// was expected.
+/// Reads the text; `depth_file` comes back as a path that can be opened.
+/// Errors: as load_text(); kInvalid with the field, and a sentence that names file, field, value and what was expected.
+/// Thread-safe: yes.   Real-time safe: no.
 Result<SavedFrame> load_frame(const std::filesystem::path& file);
 
 /// The text of a frame, as load_frame() takes it.

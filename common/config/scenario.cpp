@@ -100,7 +100,7 @@ Status validate(const Mismatch& mismatch) {
   return first_failure({check("mismatch.mass_factor", mismatch.mass_factor, 0.2, 5, ""),
                         check("mismatch.drag_factor", mismatch.drag_factor, 0.2, 5, ""),
                         check("mismatch.rotor_lag_factor", mismatch.rotor_lag_factor, 0.2, 5, ""),
-                        check("mismatch.wind_m_s (its length)", mismatch.wind_W_m_s.norm(), 0, 30, " m/s"),
+                        check("mismatch.wind_m_s", mismatch.wind_W_m_s.norm(), 0, 30, " m/s of length"),
                         check("mismatch.thrust_factor", mismatch.thrust_factor, 0.5, 2, ""),
                         check("mismatch.rate_lag_factor", mismatch.rate_lag_factor, 0.2, 5, ""),
                         check("mismatch.setpoint_delay_ms", 1e3 * seconds(mismatch.setpoint_delay), 0, 200, " ms")});

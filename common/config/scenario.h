@@ -80,6 +80,7 @@ Result<Scenario> make_scenario(const ScenarioFile& spec, const std::filesystem::
 /// A scenario without a file: no perturbation, standard sensor noise, no mismatch.
 Result<Scenario> make_scenario(const std::filesystem::path& course_file, const std::filesystem::path& vehicle_file);
 
+/// Errors of these three: kInvalid with the field as scenario.proto has it ("perturbation.yaw_deg").
 /// Ranges: position 0 to 5 m, height 0 to 5 m, yaw 0 to 180 deg, tilt 0 to 60 deg.
 Status validate(const Perturbation& perturbation);
 /// Ranges: position 0 to 1 m, velocity 0 to 5 m/s, attitude 0 to 45 deg, rate 0 to 5 rad/s.

@@ -113,9 +113,8 @@ Status load_text(const std::filesystem::path& file, google::protobuf::Message* m
   const auto status = std::filesystem::status(file, failure);
   if (!std::filesystem::exists(status)) return unreadable("does not exist, expected a text file");
   if (std::filesystem::is_directory(status)) return unreadable("is a folder, expected a text file");
-  const auto text = read_file(file, kMaxBytes + 1);
+  const auto text = read_file(file, kMaxBytes);
   if (!text) return text.failure();
-  if (text->size() > kMaxBytes) return unreadable("is larger than 16 MiB, expected a configuration file");
   return parse_text(*text, file.string(), message, lines);
 }
 

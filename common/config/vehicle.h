@@ -35,7 +35,7 @@ Actuation to_actuation(const ActuationSpec& spec);
 
 /// Reads a vehicle file (schema: vehicle.proto) and checks it. Moments of inertia that contradict each other by
 /// rounding are mended, with a note (mend_inertia()). Errors: as load_text(); kInvalid with the field
-/// ("vehicle.mass_kg", "camera.cx_px"), and a sentence that names file, field, value and what was expected.
+/// ("quadrotor.mass_kg", "camera.cx_px"), and a sentence that names file, field, value and what was expected.
 /// Thread-safe: yes.   Real-time safe: no.
 Result<Vehicle> load_vehicle(const std::filesystem::path& file);
 

@@ -29,6 +29,12 @@ std::size_t first_of_gate(const Course& course, std::size_t i) noexcept {
   return i;
 }
 
+/// @pre there are waypoints
+double lowest_waypoint_m(const Course& course) noexcept {
+  const auto lower = [](const Waypoint& a, const Waypoint& b) { return a.p_W.z() < b.p_W.z(); };
+  return std::min_element(course.waypoints.begin(), course.waypoints.end(), lower)->p_W.z();
+}
+
 Status check_waypoint(const Course& course, std::size_t i) {
   const Waypoint& waypoint = course.waypoints[i];
   const std::string path = "course.waypoints[" + std::to_string(i) + "].";
@@ -69,8 +75,8 @@ Eigen::Vector3d passing_direction(const Course& course, std::size_t i) noexcept 
 Eigen::Isometry3d gate_pose(const Eigen::Vector3d& p_W, const Eigen::Vector3d& direction_W) noexcept {
   const Eigen::Vector3d x = direction_W.normalized();
   Eigen::Vector3d y = Eigen::Vector3d::UnitZ().cross(x);
-  y = y.norm() < 1e-6 ? Eigen::Vector3d::UnitY()
-                      : Eigen::Vector3d(y.normalized());  // straight up or down: any level y will do
+  // Straight up or down any level y will do.
+  y = y.norm() < 1e-6 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d(y.normalized());
   Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
   X_WG.linear() << x, y, x.cross(y);
   X_WG.translation() = p_W;
@@ -91,9 +97,7 @@ std::size_t gate_count(const Course& course) noexcept {
 }
 
 double height_reference_m(const Course& course) noexcept {
-  if (course.floor_z_m) return *course.floor_z_m;
-  const auto lower = [](const Waypoint& a, const Waypoint& b) { return a.p_W.z() < b.p_W.z(); };
-  return std::min_element(course.waypoints.begin(), course.waypoints.end(), lower)->p_W.z() - kGateAboveFloor_m;
+  return course.floor_z_m ? *course.floor_z_m : lowest_waypoint_m(course) - kGateAboveFloor_m;
 }
 
 Status validate(const Course& course) {
@@ -117,8 +121,7 @@ Status validate(const Course& course) {
   if (course.laps < 1 || course.laps > kMaxLaps)
     return Error::invalid("course.laps", std::to_string(course.laps), "1 to " + std::to_string(kMaxLaps));
   if (course.floor_z_m) {
-    const auto lower = [](const Waypoint& a, const Waypoint& b) { return a.p_W.z() < b.p_W.z(); };
-    const double lowest_m = std::min_element(course.waypoints.begin(), course.waypoints.end(), lower)->p_W.z();
+    const double lowest_m = lowest_waypoint_m(course);
     if (!(std::abs(*course.floor_z_m) < kMaxPosition_m) || *course.floor_z_m >= lowest_m)
       return Error::invalid("course.floor_z_m", text(*course.floor_z_m),
                             "below the lowest waypoint, " + text(lowest_m) + " m");

@@ -23,8 +23,7 @@ class Endpoint final : public ClientEndpoint {
   Status open(std::uint32_t domain, const TransportOptions& transport) {
     auto participant = Participant::open(domain, "gatefield-client " + vehicle_, "gatefield-client:" + vehicle_,
                                          transport, [](const PeerEvent&) {});
-    if (!participant.ok()) return Error{participant.error()};
-    participant_ = std::move(participant).value();
+    if (auto s = keep(std::move(participant), &participant_); !s) return s;
 
     const auto unreadable = [this](Topic topic) {
       return [this, topic] { handler_->on_rejected(topic, "the sample is no sample of this topic's type"); };
@@ -97,13 +96,6 @@ class Endpoint final : public ClientEndpoint {
   }
 
  private:
-  template <typename T>
-  static Status keep(Result<std::unique_ptr<T>> opened, std::unique_ptr<T>* place) {
-    if (!opened.ok()) return Error{opened.error()};
-    *place = std::move(opened).value();
-    return {};
-  }
-
   Status is_own(const std::string& vehicle) const {
     if (vehicle == vehicle_) return {};
     return Error{"vehicle is \"" + vehicle + "\", expected \"" + vehicle_ + "\", the name this endpoint was made for"};
@@ -143,9 +135,9 @@ class Endpoint final : public ClientEndpoint {
 Result<std::unique_ptr<ClientEndpoint>> ClientEndpoint::create(std::uint32_t domain, const std::string& vehicle,
                                                                ClientHandler* handler,
                                                                const TransportOptions& transport) {
-  if (auto good = protocol::validate_name("vehicle", vehicle); !good) return Error{good.error()};
+  if (auto good = protocol::validate_name("vehicle", vehicle); !good) return good.failure();
   auto endpoint = std::make_unique<Endpoint>(vehicle, handler);
-  if (auto opened = endpoint->open(domain, transport); !opened) return Error{opened.error()};
+  if (auto opened = endpoint->open(domain, transport); !opened) return opened.failure();
   return std::unique_ptr<ClientEndpoint>(std::move(endpoint));
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 /// What both ends of the wire share. No header of this folder shows a DDS type to its users: the service and the SDK
@@ -9,7 +8,6 @@ namespace gatefield::dds {
 
 /// The topics of docs/wire.md, for counters and sentences.
 enum class Topic : std::uint8_t { kSessionRequest, kSessionReply, kVehicleState, kDepthFrame, kCommand, kTelemetry };
-inline constexpr std::size_t kTopics = 6;
 
 /// The topic's name on the wire, for example "gatefield/vehicle/state".
 const char* topic_name(Topic topic) noexcept;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "common/base/result.h"
 #include "common/dds/endpoint.h"
@@ -23,6 +24,14 @@ struct PeerEvent {
   bool gone = false;
   std::string user_data;
 };
+
+/// Moves what open() of a reader or writer gave to `place`, or says why there is none.
+template <typename T>
+Status keep(Result<std::unique_ptr<T>> opened, std::unique_ptr<T>* place) {
+  if (!opened.ok()) return opened.failure();
+  *place = std::move(opened).value();
+  return {};
+}
 
 /// One DDS participant with our transports and all topics. Readers and writers on it must be gone before it goes.
 /// Thread-safe: yes.

@@ -44,8 +44,7 @@ class Server final : public ServerEndpoint {
   Status open(std::uint32_t domain, const TransportOptions& transport) {
     auto participant = Participant::open(domain, "gatefield-server " + name_, announcement(name_, "starting"),
                                          transport, [this](const PeerEvent& event) { on_peer(event); });
-    if (!participant.ok()) return Error{participant.error()};
-    participant_ = std::move(participant).value();
+    if (auto s = keep(std::move(participant), &participant_); !s) return s;
     if (auto alone = claim_name(domain); !alone) return alone;
 
     // Writers first: an answer must be possible when the first request comes in.
@@ -85,16 +84,12 @@ class Server final : public ServerEndpoint {
   }
 
   Status publish(const protocol::SessionReply& reply) override {
-    if (auto good = protocol::validate(reply); !good) return Error{"session reply: " + good.error()};
-    if (reply.accepted) {
-      const std::unique_lock lock(commands_mutex_);
-      if (commands_.find(reply.vehicle) == commands_.end()) {
-        auto writer = CommandWriter::open(participant_.get(), Topic::kCommand, command_partition(reply.vehicle));
-        if (!writer.ok()) return Error{writer.error()};
-        commands_.emplace(reply.vehicle, std::move(writer).value());
-      }
+    if (auto good = protocol::validate(reply); !good) return good.failure().within("session reply: ");
+    if (!reply.accepted) {
+      forget_old_refusals(reply.vehicle);
+    } else if (auto opened = open_commands(reply.vehicle); !opened) {
+      return opened;
     }
-    if (!reply.accepted) forget_old_refusals(reply.vehicle);
     // The writer keeps a limited number of vehicles apart, and a withdrawn one's place is free only when every client
     // has heard of it: after many short visits that takes a moment.
     for (int attempt = 0; attempt < 50; ++attempt) {
@@ -153,13 +148,6 @@ class Server final : public ServerEndpoint {
     std::uint64_t number = 0;
   };
 
-  template <typename T>
-  static Status keep(Result<std::unique_ptr<T>> opened, std::unique_ptr<T>* place) {
-    if (!opened.ok()) return Error{opened.error()};
-    *place = std::move(opened).value();
-    return {};
-  }
-
   // Of several servers of one name only one may answer. Everyone announces "starting", listens, and gives way to a
   // server that serves already, and to one that starts too and has the smaller GUID.
   Status claim_name(std::uint32_t domain) {
@@ -178,6 +166,21 @@ class Server final : public ServerEndpoint {
       return Error{"a server named \"" + name_ + "\" is already in domain " + std::to_string(domain) +
                    ", expected a name of its own for each server (or another domain)"};
     claimed_ = true;
+    return {};
+  }
+
+  // The vehicle's command writer, if it has none yet. It is made without the lock: that takes the middleware a while,
+  // and commands of the other vehicles go out meanwhile.
+  Status open_commands(const std::string& vehicle) {
+    {
+      const std::shared_lock lock(commands_mutex_);
+      if (commands_.count(vehicle) != 0) return {};
+    }
+    auto writer = CommandWriter::open(participant_.get(), Topic::kCommand, command_partition(vehicle));
+    if (!writer.ok()) return writer.failure();
+    std::shared_ptr<CommandWriter> made = std::move(writer).value();
+    const std::unique_lock lock(commands_mutex_);
+    commands_.try_emplace(vehicle, std::move(made));
     return {};
   }
 
@@ -327,9 +330,9 @@ class Server final : public ServerEndpoint {
 Result<std::unique_ptr<ServerEndpoint>> ServerEndpoint::create(std::uint32_t domain, const std::string& server_name,
                                                                ServerHandler* handler,
                                                                const TransportOptions& transport) {
-  if (auto good = protocol::validate_name("server name", server_name); !good) return Error{good.error()};
+  if (auto good = protocol::validate_name("server", server_name); !good) return good.failure();
   auto server = std::make_unique<Server>(server_name, handler);
-  if (auto opened = server->open(domain, transport); !opened) return Error{opened.error()};
+  if (auto opened = server->open(domain, transport); !opened) return opened.failure();
   return std::unique_ptr<ServerEndpoint>(std::move(server));
 }
 

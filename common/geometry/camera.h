@@ -47,15 +47,16 @@ CameraModel camera_from_fov(int width_px, int height_px, double horizontal_rad, 
 /// The camera of the project's experiments: 160 x 90, 87 x 58 deg, 0.3 to 10 m, 15 deg up (Intel D435-like).
 CameraModel default_camera();
 
-/// How far the distortion moves the pixel that it moves most, px: over a grid of 17 x 17 points with the image's
+/// How far the distortion moves the pixel that it moves most, px: over a grid of 17 x 17 points that has the image's
 /// corners,
 ///   d = x (k1 r^2 + k2 r^4 + k3 r^6) + (2 p1 x y + p2 (r^2 + 2 x^2), p1 (r^2 + 2 y^2) + 2 p2 x y), times (fx, fy),
 /// x, y on the plane z = 1 (Brown, "Decentering distortion of lenses", 1966; OpenCV's camera model).
 double largest_distortion_px(const CameraModel& camera) noexcept;
 
-/// Says which field is wrong and why: sizes 16..1280, focal lengths > 0, principal
-/// point inside the image (0 to width, 0 to height), 0 < min < max <= 100 m, rate 1..240 Hz, rigid
-/// mounting, metres_per_count 1e-6..0.1, a distortion of kMaxDistortion_px at most.
+/// Says which field is wrong and why: sizes 16..1280, focal lengths > 0, principal point inside the image (0 to width,
+/// 0 to height), 0 < min < max <= 100 m, rate 1..240 Hz, rigid mounting at most 2 m from the body's origin,
+/// metres_per_count 1e-6..0.1, a distortion of kMaxDistortion_px at most.
+/// Errors: kInvalid with the field ("camera.cx_px").
 Status validate(const CameraModel& camera);
 
 }  // namespace gatefield

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "common/base/random.h"
+#include "common/base/whole_file.h"
 #include "common/model/decoder_reading.h"
 #include "common/model/onnx_file.h"
 #include "common/model/onnx_graph.h"
@@ -22,10 +23,6 @@ constexpr double kMaxAnswer = 1e6;
 constexpr int kMaxLatent = 1024;
 constexpr int kMaxOctaves = 16;
 
-Error wrong(const std::filesystem::path& file, const std::string& what) {
-  return Error(file.string() + ": " + what, ErrorCode::kUnreadable);
-}
-
 std::uint64_t fnv1a(const std::string& bytes, std::uint64_t hash) noexcept {
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
   return hash;
@@ -36,7 +33,7 @@ Status check_manifest(const std::filesystem::path& file, const Manifest& manifes
   const auto expect = [&](bool good, const std::string& field, const std::string& value,
                           const std::string& expected) -> Status {
     if (good) return {};
-    return Error::invalid(field, value, expected).within(file.string() + ": ");
+    return Error::invalid(field, value, expected).at(file.string());
   };
   const bool hyper = manifest.decoder_kind == DecoderKind::kHyper;
   const int least_latent = hyper ? 4 : 1;
@@ -127,15 +124,15 @@ Result<Network> check_encoder(const std::filesystem::path& file, const std::stri
   const int slot = graph->slot(ports.output.name);
   const Array* const answer = slot < 0 ? nullptr : evaluation->values[static_cast<std::size_t>(slot)];
   if (answer == nullptr || answer->shape != ports.output.shape) {
-    return wrong(file, "gives " + in_quotes(ports.output.name) + " of shape " +
-                           (answer == nullptr ? "nothing" : shape_text(answer->shape)) + ", expected " +
-                           shape_text(ports.output.shape));
+    return file_error(file, "gives " + in_quotes(ports.output.name) + " of shape " +
+                                (answer == nullptr ? "nothing" : shape_text(answer->shape)) + ", expected " +
+                                shape_text(ports.output.shape));
   }
   for (std::size_t i = 0; i < answer->values.size(); ++i) {
     if (!(std::abs(answer->values[i]) <= kMaxAnswer)) {
-      return wrong(file, "gives " + std::to_string(answer->values[i]) + " as element " + std::to_string(i) + " of " +
-                             in_quotes(ports.output.name) +
-                             " for inputs between 0 and 1, expected a size up to a million");
+      return file_error(file, "gives " + std::to_string(answer->values[i]) + " as element " + std::to_string(i) +
+                                  " of " + in_quotes(ports.output.name) +
+                                  " for inputs between 0 and 1, expected a size up to a million");
     }
   }
   network.output = tensor_of(ports.output.name, *answer);
@@ -176,7 +173,7 @@ Result<Bundle> Bundle::parse(const std::filesystem::path& folder, const std::map
       const auto found = files.find(name);
       return found == files.end() ? nullptr : used[name] = &found->second;
     };
-    const auto missing = [&](const std::string& name) { return wrong(folder / name, "is missing or not a file"); };
+    const auto missing = [&](const std::string& name) { return file_error(folder / name, "is missing or not a file"); };
 
     const std::string* const text = file("manifest.txt");
     if (text == nullptr) return missing("manifest.txt");
@@ -207,7 +204,7 @@ Result<Bundle> Bundle::parse(const std::filesystem::path& folder, const std::map
     for (const auto& [name, bytes] : used) bundle.hash_ = fnv1a(*bytes, fnv1a(name, bundle.hash_));
     return bundle;
   } catch (const std::exception& exception) {
-    return Error(folder.string() + ": can't read the model bundle: " + exception.what(), ErrorCode::kUnreadable);
+    return file_error(folder, std::string("can't read the model bundle: ") + exception.what());
   }
 }
 
@@ -216,11 +213,16 @@ Result<Bundle> Bundle::read(const std::filesystem::path& folder) {
     std::error_code code;
     if (!std::filesystem::is_directory(folder, code)) {
       return Error{folder.string() +
-                   " is not a folder, expected a model bundle with manifest.txt, decoder.onnx and the encoder's files"};
+                       " is not a folder, expected a model bundle with manifest.txt, decoder.onnx and the "
+                       "encoder's files",
+                   ErrorCode::kUnreadable};
     }
     std::map<std::string, std::string> files;
     const auto take = [&](const std::string& name) -> Status {
-      Result<std::string> bytes = read_file(folder / name);
+      std::error_code problem;  // a pipe would be waited for
+      if (!std::filesystem::is_regular_file(folder / name, problem))
+        return file_error(folder / name, "is missing or not a file");
+      Result<std::string> bytes = read_file(folder / name, kMaxFileBytes);
       if (!bytes.ok()) return bytes.failure();
       files[name] = std::move(bytes).value();
       return {};
@@ -235,7 +237,7 @@ Result<Bundle> Bundle::read(const std::filesystem::path& folder) {
     }
     return parse(folder, files);
   } catch (const std::exception& exception) {  // an impossible path
-    return Error(folder.string() + ": can't read the model bundle: " + exception.what(), ErrorCode::kUnreadable);
+    return file_error(folder, std::string("can't read the model bundle: ") + exception.what());
   }
 }
 

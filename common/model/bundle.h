@@ -27,12 +27,12 @@ enum class DecoderKind {
 };
 
 /// Decoder weights as decoder.onnx has them, whatever its nodes are called (decoder_reading.h). Hidden activation is
-/// ReLU, the last layer is linear, one output: s in metres. kConcatenated: layers[0] has latent_size + 3 + 6 L inputs
-/// in the order [z, p, sin(2^0 pi p / S), cos(2^0 pi p / S), sin(2^1 ...) ...]
-///   (each a triple x y z), p in the camera frame, S = position_scale_m.
-/// kHyper: `generator` maps z (latent without its leading 3 centre coordinates) to 4 h numbers: W1 row-major [h][3],
-/// then b1 [h];
-///   first hidden = relu(W1 (p - centre) / S + b1); `layers` are the ones after it.
+/// ReLU, the last layer is linear, one output: s in metres. With p in the camera frame and S = position_scale_m:
+/// kConcatenated: layers[0] has latent_size + 3 + 6 L inputs in the order
+///   [z, p, sin(2^0 pi p / S), cos(2^0 pi p / S), sin(2^1 ...) ...], each sine and cosine a triple x y z.
+/// kHyper: `generator` maps z (the latent without its leading 3 centre coordinates) to 4 h numbers, W1 row-major
+/// [h][3], then b1 [h], and `layers` are the ones after
+///   first hidden = relu(W1 (p - centre) / S + b1).
 struct DecoderWeights {
   DecoderKind kind = DecoderKind::kHyper;
   int latent_size = 0;            ///< kHyper: 3 + z
@@ -102,9 +102,8 @@ class Bundle {
   /// The encoder's networks: look1.onnx and look2.onnx, or encoder.onnx.
   const std::vector<Network>& networks() const noexcept { return networks_; }
   const std::filesystem::path& folder() const noexcept { return folder_; }
-  std::uint64_t hash() const noexcept {
-    return hash_;
-  }  ///< FNV-1a over all files: says which latents fit which decoder
+  /// FNV-1a over all files: says which latents fit which decoder.
+  std::uint64_t hash() const noexcept { return hash_; }
   /// Sentences about what works but shouldn't be so; empty for most.
   const std::vector<std::string>& warnings() const noexcept { return warnings_; }
 

@@ -94,9 +94,7 @@ class Reader {
     Rows rows;
   };
 
-  Error wrong(const std::string& what) const {
-    return Error(file_.string() + ": " + what + kManual, ErrorCode::kUnreadable);
-  }
+  Error wrong(const std::string& what) const { return file_error(file_, what + kManual); }
   static std::string text(const Node& node) { return "node " + in_quotes(node.name) + " (" + node.type + ")"; }
 
   /// @param points [N][3]

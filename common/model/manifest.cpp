@@ -94,7 +94,7 @@ Result<Manifest> manifest_of(const proto::Manifest& message, const std::filesyst
   manifest.crop_half_width_m = message.crop_half_width_m();
   manifest.crop_size_px = message.crop_size_px();
   manifest.validity_threshold = message.validity_threshold();
-  if (const Status checked = check(manifest); !checked) return checked.failure().within(file.string() + ": ");
+  if (const Status checked = check(manifest); !checked) return config::in_file(file, checked.failure());
   return manifest;
 }
 

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <set>
 #include <utility>
 
@@ -27,10 +26,6 @@ constexpr int kMaxTensors = 2000;
 /// What torch.onnx.export writes for opset_version 11 to 17, and OpenCV reads.
 constexpr int kOldestOperators = 11;
 constexpr int kNewestOperators = 17;
-
-Error wrong(const std::filesystem::path& file, const std::string& what) {
-  return Error(file.string() + ": " + what, ErrorCode::kUnreadable);
-}
 
 /// Walks the wire format along the schema and counts fields, without building anything.
 bool count_fields(pb::io::CodedInputStream* in, const pb::Descriptor* type, int depth, int* fields) {
@@ -105,11 +100,11 @@ std::int64_t elements_of(const onnx::TensorProto& proto) {
 /// Data complete, in this file, of a type that our networks have, and finite.
 Status check_tensor(const std::filesystem::path& file, const std::string& name, const onnx::TensorProto& proto) {
   if (proto.data_location() == onnx::TensorProto::EXTERNAL || proto.external_data_size() > 0) {
-    return wrong(file, name + " has its data in another file, expected it in this one");
+    return file_error(file, name + " has its data in another file, expected it in this one");
   }
-  if (proto.has_segment()) return wrong(file, name + " comes in segments, expected it whole");
+  if (proto.has_segment()) return file_error(file, name + " comes in segments, expected it whole");
   const std::int64_t elements = elements_of(proto);
-  if (elements < 0) return wrong(file, name + " has the impossible shape " + shape_text(shape_of(proto)));
+  if (elements < 0) return file_error(file, name + " has the impossible shape " + shape_text(shape_of(proto)));
   std::size_t element_bytes = 0;
   std::int64_t listed = 0;
   switch (proto.data_type()) {
@@ -126,19 +121,19 @@ Status check_tensor(const std::filesystem::path& file, const std::string& name, 
       listed = proto.int64_data_size();
       break;
     default:
-      return wrong(file,
-                   name + " has " + type_text(proto.data_type()) + ", expected 1 (FLOAT), 6 (INT32) or 7 (INT64)");
+      return file_error(file,
+                        name + " has " + type_text(proto.data_type()) + ", expected 1 (FLOAT), 6 (INT32) or 7 (INT64)");
   }
   if (proto.has_raw_data()) {
-    if (listed != 0) return wrong(file, name + " has its data twice");
+    if (listed != 0) return file_error(file, name + " has its data twice");
     if (proto.raw_data().size() != static_cast<std::size_t>(elements) * element_bytes) {
-      return wrong(file, name + " has " + std::to_string(proto.raw_data().size()) + " bytes of data, expected " +
-                             std::to_string(static_cast<std::size_t>(elements) * element_bytes) + " for shape " +
-                             shape_text(shape_of(proto)));
+      return file_error(file, name + " has " + std::to_string(proto.raw_data().size()) + " bytes of data, expected " +
+                                  std::to_string(static_cast<std::size_t>(elements) * element_bytes) + " for shape " +
+                                  shape_text(shape_of(proto)));
     }
   } else if (listed != elements) {
-    return wrong(file, name + " has " + std::to_string(listed) + " numbers, expected " + std::to_string(elements) +
-                           " for shape " + shape_text(shape_of(proto)));
+    return file_error(file, name + " has " + std::to_string(listed) + " numbers, expected " + std::to_string(elements) +
+                                " for shape " + shape_text(shape_of(proto)));
   }
   if (proto.data_type() != onnx::TensorProto::FLOAT) return {};
   for (std::int64_t i = 0; i < elements; ++i) {
@@ -149,8 +144,8 @@ Status check_tensor(const std::filesystem::path& file, const std::string& name, 
       value = proto.float_data(static_cast<int>(i));
     }
     if (!std::isfinite(value)) {
-      return wrong(file, name + " has the value " + std::to_string(value) + " at element " + std::to_string(i) +
-                             ", expected finite numbers");
+      return file_error(file, name + " has the value " + std::to_string(value) + " at element " + std::to_string(i) +
+                                  ", expected finite numbers");
     }
   }
   return {};
@@ -162,28 +157,29 @@ std::string node_name(const onnx::NodeProto& node) {
 }
 
 Status check_graph(const std::filesystem::path& file, const onnx::GraphProto& graph) {
-  if (graph.sparse_initializer_size() > 0) return wrong(file, "has sparse tensors, expected dense ones");
+  if (graph.sparse_initializer_size() > 0) return file_error(file, "has sparse tensors, expected dense ones");
   if (graph.node_size() > kMaxNodes || graph.initializer_size() > kMaxTensors) {
-    return wrong(file, "has " + std::to_string(graph.node_size()) + " nodes and " +
-                           std::to_string(graph.initializer_size()) + " weights, expected at most " +
-                           std::to_string(kMaxNodes) + " and " + std::to_string(kMaxTensors));
+    return file_error(file, "has " + std::to_string(graph.node_size()) + " nodes and " +
+                                std::to_string(graph.initializer_size()) + " weights, expected at most " +
+                                std::to_string(kMaxNodes) + " and " + std::to_string(kMaxTensors));
   }
   std::set<std::string> names;
   for (const onnx::TensorProto& proto : graph.initializer()) {
-    if (!names.insert(proto.name()).second) return wrong(file, "tensor " + in_quotes(proto.name()) + " is there twice");
+    if (!names.insert(proto.name()).second)
+      return file_error(file, "tensor " + in_quotes(proto.name()) + " is there twice");
     if (Status status = check_tensor(file, "tensor " + in_quotes(proto.name()), proto); !status.ok()) return status;
   }
   for (const onnx::NodeProto& node : graph.node()) {
     if ((!node.domain().empty() && node.domain() != "ai.onnx") || !known_operator(node.op_type())) {
-      return wrong(file, "node " + node_name(node) + " is the operator " + in_quotes(node.op_type()) +
-                             (node.domain().empty() ? "" : " of domain " + in_quotes(node.domain())) +
-                             ", expected one of those that docs/bring-your-own-network.md lists");
+      return file_error(file, "node " + node_name(node) + " is the operator " + in_quotes(node.op_type()) +
+                                  (node.domain().empty() ? "" : " of domain " + in_quotes(node.domain())) +
+                                  ", expected one of those that docs/bring-your-own-network.md lists");
     }
     for (const onnx::AttributeProto& attribute : node.attribute()) {
       if (attribute.has_g() || attribute.graphs_size() > 0 || attribute.has_sparse_tensor() ||
           attribute.sparse_tensors_size() > 0 || attribute.tensors_size() > 0) {
-        return wrong(file, "node " + node_name(node) + " has the attribute " + in_quotes(attribute.name()) +
-                               " with a graph or sparse tensor in it, expected plain values");
+        return file_error(file, "node " + node_name(node) + " has the attribute " + in_quotes(attribute.name()) +
+                                    " with a graph or sparse tensor in it, expected plain values");
       }
       if (attribute.has_t()) {
         const std::string name = "the tensor in node " + node_name(node);
@@ -212,21 +208,8 @@ std::string shape_text(const std::vector<std::int64_t>& shape) {
   return text + "]";
 }
 
-Result<std::string> read_file(const std::filesystem::path& file) {
-  std::error_code code;
-  if (!std::filesystem::is_regular_file(file, code)) {
-    return wrong(file, code && code != std::errc::no_such_file_or_directory ? "can't be looked at: " + code.message()
-                                                                            : std::string("is missing or not a file"));
-  }
-  const std::uintmax_t size = std::filesystem::file_size(file, code);
-  if (code) return wrong(file, "can't be read: " + code.message());
-  if (size > kMaxFileBytes) {
-    return wrong(file, "has " + std::to_string(size) + " bytes, expected at most " + std::to_string(kMaxFileBytes));
-  }
-  std::string bytes(size, '\0');
-  std::ifstream in(file, std::ios::binary);
-  if (!in.read(bytes.data(), static_cast<std::streamsize>(size))) return wrong(file, "can't be read");
-  return bytes;
+Error file_error(const std::filesystem::path& file, const std::string& what) {
+  return Error{what, ErrorCode::kUnreadable}.at(file.string());
 }
 
 Result<onnx::ModelProto> parse_onnx(const std::filesystem::path& file, const std::string& bytes) {
@@ -236,18 +219,19 @@ Result<onnx::ModelProto> parse_onnx(const std::filesystem::path& file, const std
   int fields = 0;
   onnx::ModelProto model;
   if (!count_fields(&in, onnx::ModelProto::descriptor(), 0, &fields)) {
-    return wrong(file, fields > kMaxFields
-                           ? "has more than " + std::to_string(kMaxFields) + " fields, too many for a network of ours"
-                           : std::string("is cut off or not an ONNX file"));
+    return file_error(file, fields > kMaxFields ? "has more than " + std::to_string(kMaxFields) +
+                                                      " fields, too many for a network of ours"
+                                                : std::string("is cut off or not an ONNX file"));
   }
-  if (!model.ParseFromArray(data, size)) return wrong(file, "is cut off or not an ONNX file");
-  if (!model.has_graph() || model.graph().node_size() == 0) return wrong(file, "has no graph: not an ONNX network");
-  if (model.functions_size() > 0) return wrong(file, "defines functions of its own, expected none");
+  if (!model.ParseFromArray(data, size)) return file_error(file, "is cut off or not an ONNX file");
+  if (!model.has_graph() || model.graph().node_size() == 0)
+    return file_error(file, "has no graph: not an ONNX network");
+  if (model.functions_size() > 0) return file_error(file, "defines functions of its own, expected none");
   if (const int version = operator_set(model); version < kOldestOperators || version > kNewestOperators) {
-    return wrong(file, (version == 0 ? std::string("names no version of ONNX's operators")
-                                     : "is written with operator set " + std::to_string(version)) +
-                           ", expected " + std::to_string(kOldestOperators) + " to " +
-                           std::to_string(kNewestOperators) + " (opset_version of torch.onnx.export)");
+    return file_error(file, (version == 0 ? std::string("names no version of ONNX's operators")
+                                          : "is written with operator set " + std::to_string(version)) +
+                                ", expected " + std::to_string(kOldestOperators) + " to " +
+                                std::to_string(kNewestOperators) + " (opset_version of torch.onnx.export)");
   }
   if (Status status = check_graph(file, model.graph()); !status.ok()) return status.failure();
   return model;
@@ -267,18 +251,19 @@ Status check_ports(const std::filesystem::path& file, const onnx::GraphProto& gr
     const auto found = std::find_if(graph.input().begin(), graph.input().end(),
                                     [&](const auto& value) { return value.name() == port.name; });
     if (found == graph.input().end()) {
-      return wrong(file, "has no input " + in_quotes(port.name) + ", expected one of shape " + shape_text(port.shape));
+      return file_error(file,
+                        "has no input " + in_quotes(port.name) + ", expected one of shape " + shape_text(port.shape));
     }
     const onnx::TypeProto::Tensor& type = found->type().tensor_type();
     std::vector<std::int64_t> shape;
     for (const auto& dim : type.shape().dim()) shape.push_back(dim.has_dim_value() ? dim.dim_value() : kOpenSize);
     if (type.elem_type() != onnx::TensorProto::FLOAT || !fits(shape, port.shape)) {
-      return wrong(file, "input " + in_quotes(port.name) + " has shape " + shape_text(shape) + " of " +
-                             type_text(type.elem_type()) + ", expected " + shape_text(port.shape) + " of " +
-                             type_text(onnx::TensorProto::FLOAT) +
-                             (std::count(port.shape.begin(), port.shape.end(), kOpenSize) > 0
-                                  ? ", N left open (dynamic_axes of torch.onnx.export)"
-                                  : ""));
+      return file_error(file, "input " + in_quotes(port.name) + " has shape " + shape_text(shape) + " of " +
+                                  type_text(type.elem_type()) + ", expected " + shape_text(port.shape) + " of " +
+                                  type_text(onnx::TensorProto::FLOAT) +
+                                  (std::count(port.shape.begin(), port.shape.end(), kOpenSize) > 0
+                                       ? ", N left open (dynamic_axes of torch.onnx.export)"
+                                       : ""));
     }
   }
   for (const auto& value : graph.input()) {
@@ -287,13 +272,14 @@ Status check_ports(const std::filesystem::path& file, const onnx::GraphProto& gr
         std::none_of(graph.initializer().begin(), graph.initializer().end(), same_name)) {
       std::string names;
       for (const Port& port : inputs) names += (names.empty() ? "'" : ", '") + port.name + "'";
-      return wrong(file, "has the input " + in_quotes(value.name()) + ", expected only " + names);
+      return file_error(file, "has the input " + in_quotes(value.name()) + ", expected only " + names);
     }
   }
   if (graph.output_size() != 1 || graph.output(0).name() != output) {
-    return wrong(file, "has " + std::to_string(graph.output_size()) + " outputs" +
-                           (graph.output_size() > 0 ? ", the first being " + in_quotes(graph.output(0).name()) : "") +
-                           ", expected only " + in_quotes(output));
+    return file_error(file,
+                      "has " + std::to_string(graph.output_size()) + " outputs" +
+                          (graph.output_size() > 0 ? ", the first being " + in_quotes(graph.output(0).name()) : "") +
+                          ", expected only " + in_quotes(output));
   }
   return {};
 }

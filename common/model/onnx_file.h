@@ -15,10 +15,10 @@
 /// found and expected. Nothing here throws for a bad file. Thread-safe: yes.   Real-time safe: no.
 namespace gatefield::model {
 
-inline constexpr std::uintmax_t kMaxFileBytes = 64u << 20;
+inline constexpr std::uintmax_t kMaxFileBytes = 64u << 20;  ///< of any file of a model
 
-/// The whole file, at most kMaxFileBytes.
-Result<std::string> read_file(const std::filesystem::path& file);
+/// What is wrong with a file of a model: kUnreadable, "<file>: <what>".
+Error file_error(const std::filesystem::path& file, const std::string& what);
 
 /// @param bytes  the content of `file`, whose name goes into messages
 Result<onnx::ModelProto> parse_onnx(const std::filesystem::path& file, const std::string& bytes);

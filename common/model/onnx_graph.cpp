@@ -88,10 +88,6 @@ std::shared_ptr<const Array> constant_of(const onnx::NodeProto& node) {
 
 std::string node_text(const Node& node) { return "node " + in_quotes(node.name) + " (" + node.type + ")"; }
 
-Error wrong(const std::filesystem::path& file, const std::string& what) {
-  return Error(file.string() + ": " + what, ErrorCode::kUnreadable);
-}
-
 }  // namespace
 
 std::int64_t Node::integer(const char* attribute, std::int64_t otherwise) const {
@@ -121,7 +117,7 @@ Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::Mode
   };
   for (const onnx::TensorProto& tensor : model.graph().initializer()) {
     const int slot = define(tensor.name());
-    if (slot < 0) return wrong(file, "tensor " + in_quotes(tensor.name()) + " is there twice");
+    if (slot < 0) return file_error(file, "tensor " + in_quotes(tensor.name()) + " is there twice");
     graph.constants_[slot] = std::make_shared<Array>(array_of(tensor));
   }
   for (const onnx::ValueInfoProto& input : model.graph().input()) {
@@ -135,41 +131,41 @@ Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::Mode
     node.name = !proto.name().empty() ? proto.name() : proto.output_size() > 0 ? proto.output(0) : "";
     const Operator* const known = find_operator(proto.op_type());
     if (known == nullptr)
-      return wrong(file, "node " + in_quotes(node.name) + " is of an operator that can't be evaluated");
+      return file_error(file, "node " + in_quotes(node.name) + " is of an operator that can't be evaluated");
     node.type = proto.op_type();
     node.operation = known->operation;
     const auto inputs = static_cast<std::size_t>(proto.input_size()),
                outputs = static_cast<std::size_t>(proto.output_size());
     if (inputs < known->min_inputs || inputs > known->max_inputs || outputs < 1 || outputs > known->max_outputs) {
-      return wrong(file, node_text(node) + " has " + std::to_string(inputs) + " inputs and " + std::to_string(outputs) +
-                             " outputs, expected " + std::to_string(known->min_inputs) + " to " +
-                             std::to_string(known->max_inputs) + " and 1" +
-                             (known->max_outputs > 1 ? " to " + std::to_string(known->max_outputs) : ""));
+      return file_error(file, node_text(node) + " has " + std::to_string(inputs) + " inputs and " +
+                                  std::to_string(outputs) + " outputs, expected " + std::to_string(known->min_inputs) +
+                                  " to " + std::to_string(known->max_inputs) + " and 1" +
+                                  (known->max_outputs > 1 ? " to " + std::to_string(known->max_outputs) : ""));
     }
     for (const onnx::AttributeProto& attribute : proto.attribute()) {
       if (known->attributes.find(" " + attribute.name() + " ") == std::string_view::npos || attribute.name().empty()) {
-        return wrong(file, node_text(node) + " has the attribute " + in_quotes(attribute.name()) + ", expected " +
-                               (known->attributes == " " ? "none" : "only" + std::string(known->attributes)));
+        return file_error(file, node_text(node) + " has the attribute " + in_quotes(attribute.name()) + ", expected " +
+                                    (known->attributes == " " ? "none" : "only" + std::string(known->attributes)));
       }
       if (!node.attributes.emplace(attribute.name(), attribute_of(attribute)).second)
-        return wrong(file, node_text(node) + " has the attribute " + in_quotes(attribute.name()) + " twice");
+        return file_error(file, node_text(node) + " has the attribute " + in_quotes(attribute.name()) + " twice");
     }
     for (const std::string& input : proto.input()) {
       const auto found = graph.slots_.find(input);
       if (!input.empty() && found == graph.slots_.end()) {
-        return wrong(file, node_text(node) + " reads " + in_quotes(input) + ", which nothing before it makes");
+        return file_error(file, node_text(node) + " reads " + in_quotes(input) + ", which nothing before it makes");
       }
       node.inputs.push_back(input.empty() ? -1 : found->second);
     }
     for (const std::string& output : proto.output()) {
       const int slot = output.empty() ? -1 : define(output);
       if (slot < 0 && !output.empty())
-        return wrong(file, node_text(node) + " makes " + in_quotes(output) + " a second time");
+        return file_error(file, node_text(node) + " makes " + in_quotes(output) + " a second time");
       node.outputs.push_back(slot);
     }
     if (node.type == "Constant") {
       auto constant = constant_of(proto);
-      if (constant == nullptr) return wrong(file, node_text(node) + " holds no numbers");
+      if (constant == nullptr) return file_error(file, node_text(node) + " holds no numbers");
       if (node.outputs[0] >= 0) graph.constants_[node.outputs[0]] = std::move(constant);
     } else {
       graph.nodes_.push_back(std::move(node));
@@ -261,7 +257,7 @@ Result<Evaluation> Graph::evaluate(const std::map<std::string, Array>& inputs, c
       if (reads < 0) throw Refusal("reads more numbers than a network of this kind should");
       node.operation(call);
     } catch (const Refusal& refusal) {
-      return wrong(file_, node_text(node) + " " + refusal.what());
+      return file_error(file_, node_text(node) + " " + refusal.what());
     }
     left = call.left;
     for (std::size_t i = 0; i < node.outputs.size(); ++i) {

@@ -18,8 +18,8 @@ namespace gatefield::model {
 
 inline constexpr int kLookChannels = 13;   ///< 4 inverse depths, 4 validity masks, mean X Y Z, ray x y
 inline constexpr int kAnchorChannels = 4;  ///< X Y Z of the nearest return in a 4 x 4 block, validity
-inline constexpr int kCropChannels =
-    7;                                  ///< dX dY dZ, has a return, nearer than the window, behind it, inside the image
+/// dX dY dZ, has a return, nearer than the window, behind it, inside the image
+inline constexpr int kCropChannels = 7;
 inline constexpr int kCropContext = 3;  ///< centre's direction x/z, y/z and 1/z
 
 /// Distances are divided by this before they enter the first look, so that inputs are of order one.

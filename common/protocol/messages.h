@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -36,8 +36,8 @@ struct SessionRequest {
   enum class Action : std::uint8_t { kJoin = 0, kLeave = 1 };
   std::uint32_t version = kVersion;
   std::string vehicle;  ///< name; key of every topic of this vehicle
-  std::uint64_t request =
-      0;  ///< the client's number for this attempt, echoed in the reply; never 0; a new one for each start
+  /// The client's number for this attempt, echoed in the reply; never 0; a new one for each start.
+  std::uint64_t request = 0;
   Action action = Action::kJoin;
   Timing timing = Timing::kRealTime;
   std::string profile = "race";  ///< planner profile's name
@@ -121,7 +121,7 @@ struct ThrustRateCommand {
   std::uint64_t sequence = 0;          ///< from 1, rising
   std::uint64_t answers_sequence = 0;  ///< the state this plan starts from
   Stamp answers_stamp{0};              ///< that state's stamp, echoed
-  Stamp plan_start{0};                 ///< client's clock: when thrust_rate_n_s[0] begins to hold
+  Stamp plan_start{0};                 ///< client's clock: when thrust_rate_n_s[0] begins to hold; 0 to 2^62 ns
   Stamp plan_step{0};
   Stamp validity{0};  ///< after plan_start + validity the client falls back by itself
   int steps = 0;      ///< 1 to kMaxPlanSteps
@@ -141,8 +141,8 @@ struct Telemetry {
   Stamp server_stamp{0};  ///< server's clock
   PlannerHealth health;
   std::uint64_t states_received = 0, states_rejected = 0;
-  std::uint64_t frames_received = 0, frames_rejected = 0,
-                frames_invalid = 0;  ///< invalid: taken, but nothing to see in them
+  std::uint64_t frames_received = 0, frames_rejected = 0;
+  std::uint64_t frames_invalid = 0;  ///< taken, but nothing to see in them
   std::uint64_t commands_sent = 0, deadlines_missed = 0;
   double encode_time_s = 0.0;
   ErrorCode last_code = ErrorCode::kOther;  ///< of the newest sample that was rejected: its kind

@@ -16,8 +16,7 @@ constexpr std::array<Text, kProblems> kTexts{{
      "no gate was seen yet where one should be in view: check the waypoint, the gate's size and the camera's mounting"},
     {"few_effective_samples",
      "the plan has followed one or two rollouts for a second: check mass and thrust of the vehicle against the "
-     "profile's "
-     "sampling noise"},
+     "profile's sampling noise"},
     {"plan_not_finite", "plans are withheld: inputs or predicted states were not finite; check inertia and drag"},
     {"plan_thrust_rate", "plans are withheld: a thrust rate was beyond the vehicle's limit"},
     {"plan_thrust", "plans are withheld: a rotor thrust was beyond the vehicle's limits"},
@@ -39,8 +38,7 @@ constexpr std::array<Text, kProblems> kTexts{{
      "down"},
     {"depth_unit_looks_wrong",
      "gates appear larger or smaller than they are by a constant factor: check metres_per_count, or whether float "
-     "depth "
-     "is in metres"},
+     "depth is in metres"},
     {"stamps_jump",
      "stamps or sequence numbers jumped: samples are dropped until a few agree, or the clock began anew"},
     {"depth_missing", "no usable depth frame came for half a second"},

@@ -32,6 +32,13 @@ Status check_stamp(const char* field, Stamp stamp) {
   return {};
 }
 
+/// A stamp that more times are added to: by half of what its 64 bits hold (146 years) the sums stay far from their end.
+Status check_start(const char* field, Stamp stamp) {
+  if (stamp.count() < 0 || stamp > Stamp::max() / 2)
+    return wrong(field, text(stamp.count()) + " ns", "0 to 2^62 ns (146 years)");
+  return {};
+}
+
 Status check_positive(const char* field, std::uint64_t value, const char* expected) {
   if (value == 0) return wrong(field, "0", expected);
   return {};
@@ -170,7 +177,7 @@ Status validate(const VehicleState& state) {
   if (auto s = check_norm("p_WB", x.p_WB, kMaxPosition_m, "finite and less than 1e5 m from the origin"); !s) return s;
   if (auto s = check_norm("v_WB", x.v_WB, kMaxSpeed_m_s, "finite and less than 200 m/s"); !s) return s;
   if (!x.q_WB.coeffs().allFinite() || !(std::abs(x.q_WB.norm() - 1.0) <= kUnitTolerance))
-    return wrong("q_WB (x y z w)", text(x.q_WB.coeffs()) + " of norm " + text(x.q_WB.norm()), "norm 1 within 1e-3");
+    return wrong("q_WB", text(x.q_WB.coeffs()) + " of norm " + text(x.q_WB.norm()), "x, y, z, w of norm 1 within 1e-3");
   if (auto s = check_norm("w_WB_B", x.w_WB_B, kMaxRate_rad_s, "finite and less than 200 rad/s"); !s) return s;
   if (auto s = check_each("thrust_n", x.thrust_n, kMaxThrust_n, "finite and at most 1e4 N"); !s) return s;
   if (auto s = check_each("thrust_command_n", x.thrust_command_n, kMaxThrust_n, "finite and at most 1e4 N"); !s)
@@ -190,7 +197,7 @@ Status validate(const DepthFrame& frame, const CameraModel& camera) {
     return wrong("size", text(frame.width_px) + " x " + text(frame.height_px) + " px",
                  text(camera.width_px) + " x " + text(camera.height_px) + " px, the session's camera");
   if (frame.encoding != DepthEncoding::kCounts16 && frame.encoding != DepthEncoding::kMetres32)
-    return wrong("encoding", text(static_cast<int>(frame.encoding)), "0 (16-bit millimetres) or 1 (32-bit metres)");
+    return wrong("encoding", text(static_cast<int>(frame.encoding)), "0 (16-bit counts) or 1 (32-bit metres)");
   const std::size_t expected = std::size_t{frame.width_px} * frame.height_px * bytes_per_pixel(frame.encoding);
   if (frame.pixels.size() != expected)
     return wrong("pixels", std::to_string(frame.pixels.size()) + " bytes",
@@ -204,7 +211,7 @@ Status validate(const ThrustRateCommand& command) {
   if (auto s = check_positive("sequence", command.sequence, "a number from 1, rising"); !s) return s;
   if (auto s = check_positive("answers_sequence", command.answers_sequence, "the sequence of a state"); !s) return s;
   if (auto s = check_stamp("answers_stamp", command.answers_stamp); !s) return s;
-  if (auto s = check_stamp("plan_start", command.plan_start); !s) return s;
+  if (auto s = check_start("plan_start", command.plan_start); !s) return s;
   if (auto s = check_range("plan_step", seconds(command.plan_step), 0.001, 0.2, "0.001 to 0.2 s"); !s) return s;
   if (auto s = check_range("validity", seconds(command.validity), 0.0, 10.0, "0 to 10 s"); !s) return s;
   if (command.steps < 1 || command.steps > kMaxPlanSteps)
@@ -213,7 +220,7 @@ Status validate(const ThrustRateCommand& command) {
     return wrong("actuation", text(static_cast<int>(command.actuation)), "0 (rotor thrusts) or 1 (body rates)");
   for (int i = 0; i < command.steps; ++i)
     if (auto s = check_step(command, static_cast<std::size_t>(i)); !s)
-      return Error{"step " + std::to_string(i) + ": " + s.error()};
+      return s.failure().within("step " + text(i) + ": ", "plan[" + text(i) + "].");
   if (auto s = check_health(command.health); !s) return s;
   bool terminated = false;
   for (const char c : command.isa) terminated = terminated || c == '\0';

@@ -196,9 +196,10 @@ void apply_noise(const SensorNoise& noise, const CameraModel& camera, const Dept
   scratch.disturbed_m.resize(pixels);
   scratch.second_px.resize(static_cast<std::size_t>(width));
   scratch.edge.resize(static_cast<std::size_t>(width));
-  std::uint32_t* const bits_a = scratch.bits.data();  // 12 bits: disparity noise; 20 bits: loss and speckle
-  std::uint32_t* const bits_b =
-      bits_a + 2 * blocks;  // 12 bits bleed, 2 which neighbour, 6 mixture, 12 shadow; 20: wrong depth
+  // 12 bits: disparity noise; 20 bits: loss and speckle.
+  std::uint32_t* const bits_a = scratch.bits.data();
+  // 12 bits bleed, 2 which neighbour, 6 mixture, 12 shadow; 20: wrong depth.
+  std::uint32_t* const bits_b = bits_a + 2 * blocks;
   fill_bits(key[0], key[1], blocks, bits_a, bits_a + blocks, bits_b, bits_b + blocks);
 
   const auto min_m = static_cast<float>(camera.min_depth_m);
@@ -216,8 +217,7 @@ void apply_noise(const SensorNoise& noise, const CameraModel& camera, const Dept
           std::max(static_cast<float>(noise.disparity_step_px) * scale, 1e-6f), min_m, max_m, disturbed_m);
 
   // 2. Edges and shadows. A pixel is in shadow when the second imager, baseline_m to the right, sees something nearer
-  // on the
-  //    same line of sight: scanning from right to left, its position there is not left of all those before it.
+  //    on the same line of sight: scanning from right to left, its position there is not left of all those before it.
   const std::uint32_t bleed = threshold(noise.bleed_probability * noise.scale, 4096.0);
   const std::uint32_t shadow = threshold(noise.shadow_probability * noise.scale, 4096.0);
   for (int v = 0; v < height; ++v) {

@@ -21,6 +21,7 @@ struct SensorNoise {
   double scale = 1.0;                  ///< 0 = ideal camera, 1 = as above, 2 = twice the noise and loss
 };
 
+/// Says which field is wrong and why. Errors: kInvalid with the field ("noise.scale").
 Status validate(const SensorNoise& noise);
 
 /// Turns a clean image into what the sensor would give. Same random stream, same image.

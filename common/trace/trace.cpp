@@ -10,6 +10,8 @@ namespace gatefield::trace {
 namespace {
 
 constexpr std::size_t kMaxRollout = 1000;
+constexpr double kMaxStamp_s = 5e9;  // what fits into the nanoseconds of a Stamp
+constexpr double kMaxWaypoint = 1e6;
 
 void add(std::string* out, double value, int digits) {
   *out += ' ';
@@ -73,7 +75,8 @@ Result<std::vector<Step>> read(const std::filesystem::path& file) {
     ++number;
     const auto wrong = [&] { return Error{"is no line of a trace", ErrorCode::kUnreadable}.at(file.string(), number); };
     if (line.find(' ') == std::string::npos || !numbers_of(line, &numbers)) return wrong();
-    if (line.starts_with("step ") && numbers.size() == 17) {
+    if (line.starts_with("step ") && numbers.size() == 17 && numbers[0] >= 0 && numbers[0] <= kMaxStamp_s &&
+        numbers[1] >= 0 && numbers[1] <= kMaxWaypoint) {
       Step step;
       step.stamp = from_seconds(numbers[0]);
       step.waypoint = static_cast<std::uint32_t>(numbers[1]);

@@ -50,7 +50,7 @@ constexpr double kLightest = 0.01, kHeaviest = 10.0;  ///< moments of inertia, i
 constexpr double kLeastYaw = 1e-3;                    ///< torque per thrust, in a
 
 Error wrong(const std::string& field, const std::string& value, const std::string& expected) {
-  return Error::invalid("vehicle." + field, value, expected);
+  return Error::invalid("quadrotor." + field, value, expected);
 }
 Error wrong(const std::string& field, double value, const std::string& expected) {
   return wrong(field, text(value), expected);
@@ -111,7 +111,7 @@ Status validate_mixer(const QuadrotorModel& model) {
                        "another place than rotor " + std::to_string(j) +
                            " with the same spin has: together they can't make all of thrust and torques");
     if (authority(W.topRows<3>()) < kMinAuthority)
-      return Error::invalid("vehicle.rotor_position_B_m", "nearly on one line",
+      return Error::invalid("quadrotor.rotor_position_B_m", "nearly on one line",
                             "rotors around the centre, so that they make roll and pitch");
     const auto& spin = model.rotor_spin;
     return wrong("rotor_spin", text(Eigen::Vector4d(spin[0], spin[1], spin[2], spin[3])),
@@ -124,7 +124,7 @@ Status validate_mixer(const QuadrotorModel& model) {
   const Eigen::Vector4d hover_n = W.partialPivLu().solve(Eigen::Vector4d(model.mass_kg * kGravity_m_s2, 0, 0, 0));
   for (int i = 0; i < kRotors; ++i)
     if (!(hover_n[i] >= model.thrust_min_n && hover_n[i] <= model.thrust_max_n))
-      return Error::invalid("vehicle.rotor_position_B_m",
+      return Error::invalid("quadrotor.rotor_position_B_m",
                             "such that rotor " + std::to_string(i) + " hovers with " + text(hover_n[i]) + " N",
                             text(model.thrust_min_n) + " to " + text(model.thrust_max_n) +
                                 " N of each rotor: the centre of mass lies amid the rotors");

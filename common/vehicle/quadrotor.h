@@ -53,14 +53,15 @@ inline constexpr double kLongestStep_s = 0.2;
 ///   - inertia: 0.01 m a^2 to 10 m a^2 about each axis, radii of gyration of a tenth of the arm to three arms (drones
 ///     have about a half), and no moment above the sum of the two others (the triangle rule of every rigid body:
 ///     Jx + Jy - Jz = 2 * integral of z^2 dm >= 0), to a millionth;
-///   - drag: at most m / kLongestStep_s along each axis. The planner's drag is explicit, v' = v (1 - drag dt / m): one
-///     step beyond that bound would turn the speed around, and beyond twice of it the steps would grow without end;
+///   - drag: at most m / kLongestStep_s along each axis. The planner's drag is explicit, v' = v (1 - drag dt / m):
+///     beyond that bound one step would turn the speed around, and beyond twice of it the steps would grow without end;
 ///   - a mixer that makes all of thrust and torques: the wrench of the thrusts T is W T with the columns
 ///     (1, y_i / a, -x_i / a, spin_i), and the smallest singular value of W is at least kMinAuthority of the largest.
 ///     Rotors on one line, two that share place and spin, spins that are all equal, or that say nothing which the
 ///     places don't say already (both on the left one way) are refused;
 ///   - a torque per thrust of at least a / 1000, so that the heading can be held;
 ///   - a hover within limits: W T = (m g, 0, 0, 0) has all T in [thrust_min, thrust_max].
+/// Errors: kInvalid with the field ("quadrotor.mass_kg").
 /// Thread-safe: yes.   Real-time safe: no.
 Status validate(const QuadrotorModel& model);
 inline constexpr double kMinAuthority = 0.05;

@@ -16,17 +16,20 @@ add_library(gatefield_flags INTERFACE)
 # -fno-math-errno lets loops over sqrt vectorise; results stay IEEE (no -ffast-math: bit-exact replay depends on it).
 # -ffp-contract=off keeps scalar code equal whichever translation unit it is compiled in.
 # -Wno-restrict: GCC 12 warns of its own std::string at "literal" + std::string (its bug 105651).
-target_compile_options(gatefield_flags INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wno-restrict -fno-math-errno -ffp-contract=off)
+target_compile_options(gatefield_flags INTERFACE
+  -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wno-restrict -fno-math-errno -ffp-contract=off)
 if(GATEFIELD_SANITIZE)
-  target_compile_options(gatefield_flags INTERFACE -fsanitize=${GATEFIELD_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_compile_options(gatefield_flags INTERFACE
+    -fsanitize=${GATEFIELD_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(gatefield_flags INTERFACE -fsanitize=${GATEFIELD_SANITIZE})
 endif()
 
 include(GatefieldWalls)
 
 # gatefield_library(<name> [TRUTH] [OBJECT] [SOURCES ...] [HEADERS ...] [PUBLIC ...] [PRIVATE ...])
-# A static library (OBJECT: its objects, all of which go into what links it; INTERFACE when it has no sources). Includes are written as paths from the repository's root; which of them are
-# found follows from the links (GatefieldWalls.cmake, which also says what HEADERS and TRUTH are for).
+# A static library (OBJECT: its objects, all of which go into what links it; INTERFACE when it has no sources). Includes are
+# written as paths from the repository's root; which of them are found follows from the links (GatefieldWalls.cmake, which
+# also says what HEADERS and TRUTH are for).
 function(gatefield_library name)
   cmake_parse_arguments(ARG "TRUTH;OBJECT" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
   gatefield_wall_folder(headers include ${name})
@@ -92,7 +95,8 @@ function(gatefield_test name)
     set(ARG_TIMEOUT 120)
   endif()
   gatefield_executable(${name} "${ARG_SOURCES}" "${ARG_LIBRARIES};GTest::gmock;GTest::gtest_main" "${ARG_INSIDE}")
-  target_compile_definitions(${name} PRIVATE GATEFIELD_SOURCE_DIR="${PROJECT_SOURCE_DIR}" GATEFIELD_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  target_compile_definitions(${name} PRIVATE
+    GATEFIELD_SOURCE_DIR="${PROJECT_SOURCE_DIR}" GATEFIELD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   add_test(NAME ${name} COMMAND ${name})
   set(labels ${ARG_LABEL})
   if(ARG_LABEL STREQUAL "unit")

@@ -43,7 +43,7 @@ Result<std::map<std::string, planner::Profile>> load_profiles(const fs::path& fo
   std::map<std::string, fs::path> origin;
   for (const fs::path& file : files) {
     auto profile = planner::load_profile(file);
-    if (!profile) return Error{profile.error()};
+    if (!profile) return profile.failure();
     const std::string name = profile->name;
     if (profiles.count(name) != 0)
       return Error{file.string() + ": name is \"" + name + "\", which " + origin[name].string() +

@@ -1,12 +1,11 @@
 // gatefield-server: reads model and profiles, joins the DDS domain, and serves until it is told to end.
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <string>
 #include <utility>
 
+#include "common/base/text.h"
 #include "common/model/bundle.h"
 #include "server/app/data_files.h"
 #include "server/app/program.h"
@@ -30,12 +29,6 @@ constexpr const char* kFooter = R"(Examples:
 
 Exit codes: 0 ended by SIGINT or SIGTERM, 2 arguments, model or configuration, 3 the domain could not be joined
 (a server of the same name is there already).)";
-
-std::string hex(std::uint64_t value) {
-  char buffer[20];
-  std::snprintf(buffer, sizeof buffer, "%016llx", static_cast<unsigned long long>(value));
-  return buffer;
-}
 
 /// A model with encoders for as many threads as look at images.
 struct Model {

@@ -10,7 +10,6 @@
 #include <cstring>
 #include <filesystem>
 #include <iostream>
-#include <utility>
 
 #include "common/base/clock.h"
 #include "common/base/logging.h"

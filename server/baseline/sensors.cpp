@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/baseline/classical_detector.h"
-#include "server/planner/analytic_field.h"
+#include "server/gates/analytic_field.h"
 
 namespace gatefield::baseline {
 namespace {
@@ -32,7 +32,7 @@ class Hourglass final : public gates::Field {
 
  private:
   Eigen::Isometry3d X_WG_;
-  planner::AnalyticField field_;
+  gates::AnalyticField field_;
 };
 
 /// What sensors have in common that see poses.
@@ -145,7 +145,7 @@ class Classical final : public PoseSensor {
 Result<Kind> parse_kind(const std::string& word) {
   for (const Kind kind : {Kind::kNone, Kind::kTruePose, Kind::kClassical})
     if (word == name(kind)) return kind;
-  return Error{"'" + word + "' is no perception, expected NONE, TRUE_POSE or CLASSICAL"};
+  return Error{"'" + word + "' is no perception, expected NONE, TRUE_POSE or CLASSICAL", ErrorCode::kUnknownName};
 }
 
 const char* name(Kind kind) noexcept {

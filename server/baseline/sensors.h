@@ -18,8 +18,8 @@ enum class Kind {
   kClassical,  ///< a detector in the depth image, see classical_detector.h
 };
 
-/// "NONE", "TRUE_POSE", "CLASSICAL". Errors: a sentence with the names.
-Result<Kind> parse_kind(const std::string& name);
+/// "NONE", "TRUE_POSE", "CLASSICAL". Errors (kUnknownName): a sentence with the names.
+Result<Kind> parse_kind(const std::string& word);
 const char* name(Kind kind) noexcept;
 
 /// What looks for gates in the learned sensor's place. The filter and the rules around it are the product's

@@ -1,7 +1,6 @@
 #include "server/gates/course_progress.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace gatefield::gates {
 namespace {

@@ -6,7 +6,8 @@
 namespace gatefield::gates {
 namespace {
 
-// Spread that a standing gate's estimate gains per second: the error common to neighbouring frames.
+// Spread that a standing gate's estimate gains in a second (its variance grows with time): the error common to
+// neighbouring frames.
 constexpr double kCenterDrift_m = 0.08;
 constexpr double kAxisDrift_rad = 0.12;
 constexpr double kGate_sigmas = 3.5;

@@ -185,7 +185,7 @@ double SensorWatch::spread_m(const Eigen::Isometry3d& X_BC) const {
 double SensorWatch::distance_to_course_m(const Eigen::Vector3d& p_W) const noexcept {
   double nearest_m = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < passages_->waypoints(); ++i)
-    nearest_m = std::min(nearest_m, distance_to_target_m(p_W, i));
+    nearest_m = std::min(nearest_m, distance_to_waypoint_m(p_W, i));
   return nearest_m;
 }
 
@@ -203,7 +203,7 @@ std::optional<SensorWatch::Try> SensorWatch::try_turns(const WatchedFrame& frame
   double nearest_m = tolerance_m_;
   for (std::size_t turn = 0; turn < kTurns; ++turn) {
     const Eigen::Vector3d p_W = X_WB * (turned(X_BC, turn) * p_C);
-    const double off_m = turn == kBackwards ? distance_to_course_m(p_W) : distance_to_target_m(p_W, frame.target);
+    const double off_m = turn == kBackwards ? distance_to_course_m(p_W) : distance_to_waypoint_m(p_W, frame.target);
     if (off_m > nearest_m || !explains(off_m, *frame.seen_W)) continue;
     nearest_m = off_m;
     best = Try{{Correction::Kind::kTurned, turn}, p_W, frame.capture};
@@ -276,7 +276,7 @@ std::optional<SensorWatch::Try> SensorWatch::try_looking(const WatchedFrame& fra
   const Eigen::Vector3d p_W = seen->gate.X_WG.translation(), p_C = frame.X_WC.inverse() * p_W;
   const Eigen::Vector3d uncorrected_C =
       reversed ? Eigen::Vector3d(-p_C.x(), -p_C.y(), p_C.z()) : Eigen::Vector3d(p_C / static_cast<double>(factor));
-  if (!explains(distance_to_target_m(p_W, frame.target), frame.X_WC * uncorrected_C)) return std::nullopt;
+  if (!explains(distance_to_waypoint_m(p_W, frame.target), frame.X_WC * uncorrected_C)) return std::nullopt;
   return Try{*correction, p_W, frame.capture};
 }
 

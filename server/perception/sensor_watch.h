@@ -109,8 +109,8 @@ class SensorWatch {
   /// Whether a gate that is `off_m` from a waypoint, corrected, and at p_W, uncorrected, speaks for the correction.
   bool explains(double off_m, const Eigen::Vector3d& p_W) const noexcept;
   double distance_to_course_m(const Eigen::Vector3d& p_W) const noexcept;
-  double distance_to_target_m(const Eigen::Vector3d& p_W, std::uint32_t target) const noexcept {
-    return (p_W - passages_->nominal(target).center_W).norm();
+  double distance_to_waypoint_m(const Eigen::Vector3d& p_W, std::uint32_t waypoint) const noexcept {
+    return (p_W - passages_->nominal(waypoint).center_W).norm();
   }
 
   CameraModel camera_;

@@ -4,6 +4,7 @@
 #include <utility>
 
 namespace gatefield::perception {
+
 bool remember(const Observation& seen, std::uint32_t waypoint, Stamp capture, GateSensor* sensor,
               gates::GateRecords* records) {
   gates::GateMeasurement measurement = seen.gate;

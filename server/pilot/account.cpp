@@ -57,6 +57,11 @@ std::optional<std::string> Account::complaints() {
     last_note_ = Note{ErrorCode::kOther, {}, why};
     withheld_logged_ = withheld;
   }
+  if (const std::uint64_t lost = commands_lost.load(std::memory_order_relaxed); lost != lost_logged_) {
+    if (!text.empty()) text += "; ";
+    text += std::to_string(lost - lost_logged_) + " times the transport took no command";
+    lost_logged_ = lost;
+  }
   if (text.empty()) return std::nullopt;
   return text;
 }

@@ -23,8 +23,8 @@ class Account {
 
   Counter states_received{0}, states_rejected{0};
   Counter frames_received{0}, frames_rejected{0}, frames_invalid{0};
-  Counter commands_sent{0}, commands_lost{0}, deadlines_missed{0};
-  std::atomic<std::int64_t> encode_time_ns{0};  ///< of the newest frame
+  Counter commands_sent{0}, commands_lost{0}, deadlines_missed{0};  ///< lost: not taken by the transport
+  std::atomic<std::int64_t> encode_time_ns{0};                      ///< of the newest frame
 
   /// Why a sample was not used. Texts are cut to what telemetry carries, without control characters.
   void note(Note note);
@@ -35,7 +35,7 @@ class Account {
   void fill(protocol::Telemetry* telemetry);
   /// The newest note; nothing when there was none.
   std::optional<Note> last_note();
-  /// What went wrong since the last call, for the log: empty when nothing did.
+  /// What went wrong since the last call, for the log: samples, plans, commands. Empty when nothing did.
   std::optional<std::string> complaints();
 
  private:
@@ -45,6 +45,7 @@ class Account {
   std::optional<Note> last_note_;
   std::uint64_t unlogged_ = 0;
   std::uint64_t withheld_logged_ = 0;
+  std::uint64_t lost_logged_ = 0;
 };
 
 }  // namespace gatefield::pilot

@@ -29,8 +29,10 @@ struct StepFindings {
 
 /// Turns findings of steps into what is told: a problem that has to last before it counts is told when it has, and one
 /// that comes and goes stays long enough for a person to read it.
-///   told after   kGateNotSeen kSeeing of a gate expected, kFewEffectiveSamples kStarving without a break, others at
-///   once stays        kStays after it was last found; kGateNotSeen until the gate is seen
+///                          is told                                            stays
+///   kGateNotSeen           after kSeeing in which the gate was expected       until the gate is seen
+///   kFewEffectiveSamples   after kStarving without a break                    kStays after it was last found
+///   others                 at once                                            kStays after it was last found
 /// Thread-safe: no (control step).   Real-time safe: yes.
 class Diagnosis {
  public:

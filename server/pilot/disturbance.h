@@ -10,8 +10,8 @@ namespace gatefield::pilot {
 /// and predicted velocity, over the time between them, through a first-order low pass:
 ///   d += (1 - exp(-dt / T)) (r - d),  r = (v_measured - v_predicted) / dt,  |r| <= kMaxResidual, |d| <= kMax.
 /// Steady wind is found whole. A wrong mass shows as an acceleration along the thrust, which turns with the vehicle; of
-/// that, and of drag, the part is found that is slower than T. What the estimate is for: added to the predicted start
-/// of a plan and to every rollout.
+/// that, and of drag, the part is found that is slower than T. The estimate is added to the predicted start of a plan
+/// and to every rollout.
 /// Thread-safe: no (control step).   Real-time safe: yes.
 class Disturbance {
  public:

@@ -8,9 +8,10 @@
 
 namespace gatefield::pilot {
 
-/// What can happen to a pilot, one after another. Everything that later commands depend on is in here, what was
-/// measured included: a pilot that is fed the same events again gives the same commands, bit for bit (on one
-/// instruction set).
+/// What can happen to a pilot, one after another. Everything that later plans depend on is in here, what was measured
+/// included: a pilot that is fed the same events again gives the same commands, bit for bit (on one instruction set).
+/// Two things are told beside a plan, in its health, and are no events: deadlines that the pool missed
+/// (Stepping::missed_deadlines()) and samples that were refused before they got here (Intake::note_rejected_*()).
 struct StateArrived {
   Stamp at{0};  ///< server's clock
   protocol::VehicleState state;
@@ -33,8 +34,8 @@ struct Solved {
 };
 /// The newest command was handed to the transport.
 struct Sent {
-  Stamp at{0};
-  bool ok = true;
+  Stamp at{0};     ///< server's clock
+  bool ok = true;  ///< what the transport said
 };
 
 using Event = std::variant<StateArrived, FrameArrived, Looked, Ticked, Solved, Sent>;

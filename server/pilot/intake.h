@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <mutex>
-#include <string>
 
 #include "common/base/clock.h"
 #include "common/base/result.h"

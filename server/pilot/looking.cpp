@@ -1,37 +1,36 @@
 #include "server/pilot/looking.h"
 
-#include <cstdio>
 #include <exception>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "common/base/text.h"
 
 namespace gatefield::pilot {
 namespace {
 
 using Found = StateHistory::Found;
 
-std::string milliseconds_text(std::chrono::nanoseconds span) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.1f ms", 1e3 * seconds(span));
-  return buffer;
-}
-
-/// Why there is no pose for a frame; null: there is one.
-const char* wrong_with(Found found) noexcept {
+/// Why there is no pose for a frame, as it goes on from "frame 7 "; empty: there is one.
+/// @param off  StateHistory::pose_at()'s
+std::string wrong_with(Found found, std::chrono::nanoseconds off) {
+  const auto ms = [](std::chrono::nanoseconds span) { return brief(1e3 * seconds(span)) + " ms"; };
+  const std::string by = " (by " + fixed(1e3 * seconds(off), 1) + " ms)";
   switch (found) {
     case Found::kYes:
-      return nullptr;
+      return "";
     case Found::kEmpty:
-      return "no state came yet, so its pose is not known";
+      return "has no pose: no state came yet";
     case Found::kTooOld:
-      return "captured before the oldest state that is kept";
+      return "was captured before the oldest state that is kept" + by;
     case Found::kTooNew:
-      return "captured more than 30 ms after the newest state";
+      return "was captured more than " + ms(StateHistory::kMaxExtrapolation) + " after the newest state" + by;
     case Found::kGap:
-      return "captured in a gap between states";
+      return "was captured in a gap of " + fixed(1e3 * seconds(off), 1) + " ms between two states, expected at most " +
+             ms(StateHistory::kMaxGap);
   }
-  return nullptr;
+  return "";
 }
 
 Note frame_note(std::uint64_t sequence, const std::string& what) {
@@ -76,29 +75,30 @@ void Looking::look_at(const DepthSample& frame, const Targets& targets) {
   Eigen::Isometry3d X_WB;
   std::chrono::nanoseconds off{0};
   std::uint32_t line = 0;
-  if (const char* const wrong = wrong_with(shared_->history.pose_at(frame.stamp, &X_WB, &off, &line))) {
+  const Found found = shared_->history.pose_at(frame.stamp, &X_WB, &off, &line);
+  if (found != Found::kYes) {
     Account::count(account.frames_rejected);
-    account.note(frame_note(frame.sequence, std::string("was ") + wrong + " (by " + milliseconds_text(off) + ")"));
-  } else {
-    if (line != line_) begin_line(frame.stamp);
-    line_ = line;
-    using Outcome = perception::Sight::Outcome;
-    switch (sight_.look(frame.pixels, frame.encoding, frame.stamp, X_WB, targets.target, targets.next)) {
-      case Outcome::kLooked:
-        shared_->good_frame_stamp.store(frame.stamp.count(), std::memory_order_relaxed);
-        shared_->good_frame_line.store(line_, std::memory_order_release);
-        break;
-      case Outcome::kEmpty:
-        Account::count(account.frames_invalid);
-        account.note(frame_note(frame.sequence,
-                                "has no return in any pixel, expected some between min_depth_m and max_depth_m"));
-        break;
-      case Outcome::kSaturated:
-        Account::count(account.frames_invalid);
-        account.note(
-            frame_note(frame.sequence, "is saturated, expected some pixels between min_depth_m and max_depth_m"));
-        break;
-    }
+    account.note(frame_note(frame.sequence, wrong_with(found, off)));
+    return;
+  }
+  if (line != line_) begin_line(frame.stamp);
+  line_ = line;
+  using Outcome = perception::Sight::Outcome;
+  switch (sight_.look(frame.pixels, frame.encoding, frame.stamp, X_WB, targets.target, targets.next)) {
+    case Outcome::kLooked:
+      shared_->good_frame_stamp.store(frame.stamp.count(), std::memory_order_relaxed);
+      shared_->good_frame_line.store(line_, std::memory_order_release);
+      break;
+    case Outcome::kEmpty:
+      Account::count(account.frames_invalid);
+      account.note(
+          frame_note(frame.sequence, "has no return in any pixel, expected some between min_depth_m and max_depth_m"));
+      break;
+    case Outcome::kSaturated:
+      Account::count(account.frames_invalid);
+      account.note(
+          frame_note(frame.sequence, "is saturated, expected some pixels between min_depth_m and max_depth_m"));
+      break;
   }
 }
 

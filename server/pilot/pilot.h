@@ -59,7 +59,6 @@ class Pilot {
   Intake& intake() noexcept { return intake_; }
   const Intake& intake() const noexcept { return intake_; }
   Looking& looking() noexcept { return looking_; }
-  const Looking& looking() const noexcept { return looking_; }
   Stepping& stepping() noexcept { return stepping_; }
 
   /// One event from a record of them. @return the step's answer; empty for all but Ticked

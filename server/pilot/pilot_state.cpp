@@ -205,6 +205,7 @@ class Reader {
     double wxyz[4] = {1, 0, 0, 0};
     get(from, 4, wxyz, field);
     *to = PlainQuaternion(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+    check_unit(*to, field);
   }
   void get(const Doubles& from, Eigen::Isometry3d* to, const char* field) {
     Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>::Zero();
@@ -248,8 +249,8 @@ class Reader {
     get(from.center_w(), &to->center_W, field);
     get(from.axis_w(), &to->axis_W, field);
     to->seen = from.seen();
-    to->center_sigma_m = from.center_sigma_m();
-    to->axis_sigma_rad = from.axis_sigma_rad();
+    to->center_sigma_m = spread(from.center_sigma_m(), field);
+    to->axis_sigma_rad = spread(from.axis_sigma_rad(), field);
     to->shape.opening = from.opening() == 0 ? GateShape::Opening::kSquare : GateShape::Opening::kRound;
     double shape[3] = {};
     get(from.shape(), 3, shape, field);
@@ -266,16 +267,16 @@ class Reader {
     gate.stamp = Stamp{from.stamp()};
     get(from.center_w(), &gate.center_W, "looking.gates.center_W");
     get(from.axis_w(), &gate.axis_W, "looking.gates.axis_W");
-    gate.center_sigma_m = from.center_sigma_m();
-    gate.axis_sigma_rad = from.axis_sigma_rad();
+    gate.center_sigma_m = spread(from.center_sigma_m(), "looking.gates.center_sigma_m");
+    gate.axis_sigma_rad = spread(from.axis_sigma_rad(), "looking.gates.axis_sigma_rad");
     const proto::Estimate& filter = from.estimate();
     gates::GateEstimate::State estimate;
     estimate.started = filter.started();
     estimate.votes = filter.votes();
     estimate.stamp = Stamp{filter.stamp()};
     get(filter.x_wg(), &estimate.X_WG, "looking.gates.estimate.X_WG");
-    estimate.center_variance_m2 = filter.center_variance_m2();
-    estimate.axis_variance_rad2 = filter.axis_variance_rad2();
+    estimate.center_variance_m2 = spread(filter.center_variance_m2(), "looking.gates.estimate.center_variance_m2");
+    estimate.axis_variance_rad2 = spread(filter.axis_variance_rad2(), "looking.gates.estimate.axis_variance_rad2");
     estimate.outliers = filter.outliers();
     get(filter.outlier_center_w(), &estimate.outlier_center_W, "looking.gates.estimate.outlier_center_W");
     to->estimate.restore(estimate);
@@ -283,13 +284,16 @@ class Reader {
     perception::FieldSource source;
     get(from.x_wf(), &source.X_WF, "looking.gates.X_WF");
     source.latent.assign(from.latent().begin(), from.latent().end());
+    if (!std::all_of(source.latent.begin(), source.latent.end(), [](float x) { return std::isfinite(x); }))
+      return fail("looking.gates.latent", "not finite", "finite numbers");
     auto field = sensor->restore(source, shape);
     if (!field) return fail(field.failure().within("looking.gates.", "looking.gates."));
     gate.field = std::move(field).value();
   }
   void get(const proto::Command& from, protocol::ThrustRateCommand* to) {
     if (from.steps() > static_cast<std::uint32_t>(protocol::kMaxPlanSteps))
-      return fail("stepping.command.steps", std::to_string(from.steps()), "at most 64");
+      return fail("stepping.command.steps", std::to_string(from.steps()),
+                  "at most " + std::to_string(protocol::kMaxPlanSteps));
     to->sequence = from.sequence();
     to->answers_sequence = from.answers_sequence();
     to->answers_stamp = Stamp{from.answers_stamp()};
@@ -330,13 +334,19 @@ class Reader {
     to->first_stamp = Stamp{from.first_stamp()};
     std::vector<InputTimeline::Piece> pieces;
     for (const proto::Piece& piece : from.inputs()) {
+      // Before they are added up: of a damaged state the sum could leave 64 bits.
+      if (Stamp{piece.from()} > TimeLine::kMaxStamp || Stamp{piece.length()} > TimeLine::kMaxStamp || piece.from() < 0)
+        return fail("stepping.inputs", "beyond the stamps that there are", "at least 0 and at most 146 years");
       pieces.emplace_back();
       pieces.back().from = Stamp{piece.from()};
       pieces.back().to = Stamp{piece.from()} + Stamp{piece.length()};
       get(piece.rates_n_s(), &pieces.back().input, "stepping.inputs.rates_n_s");
     }
     if (!to->inputs.restore(pieces)) fail("stepping.inputs", "out of order", "pieces one after the other");
-    const auto mean = [](const proto::Mean& m) { return DelayEstimate::Mean{m.value(), m.deviation(), m.count()}; };
+    const auto mean = [this](const proto::Mean& m) {
+      if (!std::isfinite(m.value())) fail("stepping.delay", "not finite", "finite numbers");
+      return DelayEstimate::Mean{m.value(), spread(m.deviation(), "stepping.delay"), m.count()};
+    };
     to->delay.restore({mean(from.round_trip()), mean(from.residence()), mean(from.solve())});
     to->delay_known = from.delay_known();
     Eigen::Vector3d disturbance_W = Eigen::Vector3d::Zero();
@@ -374,11 +384,22 @@ class Reader {
       at.v_WB = Eigen::Map<const Eigen::Vector3d>(pose + 3);
       at.w_WB_B = Eigen::Map<const Eigen::Vector3d>(pose + 6);
       at.q_WB = Eigen::Quaterniond(pose[9], pose[10], pose[11], pose[12]);
+      check_unit(at.q_WB, "intake.history.pose");
       if (!to->empty() && at.stamp <= to->back().stamp) fail("intake.history", "out of order", "stamps that rise");
       to->push_back(at);
     }
   }
 
+  /// A standard deviation or a variance, as it is.
+  double spread(double value, const char* field) {
+    if (!(std::isfinite(value) && value >= 0.0)) fail(field, std::to_string(value), "finite and at least 0");
+    return value;
+  }
+  template <typename Quaternion>
+  void check_unit(const Quaternion& q, const char* field) {
+    if (!(std::abs(q.norm() - 1.0) <= 1e-3))
+      fail(field, "a quaternion of norm " + std::to_string(q.norm()), "norm 1 within 1e-3");
+  }
   /// @param index  of a waypoint, below `count`
   void check_waypoint(std::uint32_t index, std::uint32_t count, const char* field) {
     if (index >= count) fail(field, std::to_string(index), "below " + std::to_string(count));

@@ -100,7 +100,8 @@ void predict_rotors(const Dynamics& dynamics, const InputTimeline& inputs, Stamp
   });
 }
 
-void DelayEstimate::take(double x, double first_deviation, Mean* mean) noexcept {
+void DelayEstimate::take(std::chrono::nanoseconds measured, double first_deviation, Mean* mean) noexcept {
+  const double x = seconds(std::min(measured, kLongest));
   if (mean->count++ == 0) {
     mean->value = x;
     mean->deviation = first_deviation * std::abs(x);

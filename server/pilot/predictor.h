@@ -79,7 +79,7 @@ class InputTimeline {
   bool restore(std::span<const Piece> pieces) noexcept;
 
  private:
-  /// 0.65 s of plans at 500 Hz, and one plan of 64 intervals on top.
+  /// 0.89 s of plans at 500 Hz, the fastest control rate, and one plan of 64 intervals on top.
   static constexpr std::size_t kCapacity = 512;
   const Piece& nth(std::size_t index) const noexcept { return ring_[(first_ + index) % kCapacity]; }
   Piece& nth(std::size_t index) noexcept { return ring_[(first_ + index) % kCapacity]; }
@@ -118,11 +118,9 @@ class DelayEstimate {
  public:
   static constexpr std::chrono::nanoseconds kMaxDelay = std::chrono::milliseconds(400);
 
-  void round_trip(std::chrono::nanoseconds measured) noexcept { take(seconds(measured), 0.0, &state_.round_trip); }
-  void residence(std::chrono::nanoseconds measured) noexcept {
-    take(seconds(measured), kFirstDeviation, &state_.residence);
-  }
-  void solve(std::chrono::nanoseconds measured) noexcept { take(seconds(measured), kFirstDeviation, &state_.solve); }
+  void round_trip(std::chrono::nanoseconds measured) noexcept { take(measured, 0.0, &state_.round_trip); }
+  void residence(std::chrono::nanoseconds measured) noexcept { take(measured, kFirstDeviation, &state_.residence); }
+  void solve(std::chrono::nanoseconds measured) noexcept { take(measured, kFirstDeviation, &state_.solve); }
 
   std::chrono::nanoseconds network() const noexcept;
   std::chrono::nanoseconds ahead() const noexcept;
@@ -142,8 +140,10 @@ class DelayEstimate {
 
  private:
   static constexpr double kFirstDeviation = 0.25;  ///< of the first value, as part of it
+  /// What is longer counts as this long, so that one broken measurement doesn't move the means for half a second.
+  static constexpr std::chrono::nanoseconds kLongest = 2 * kMaxDelay;
   /// The round trip's first deviation is nothing: over a simulated link without jitter, whole() is exact at once.
-  static void take(double x, double first_deviation, Mean* mean) noexcept;
+  static void take(std::chrono::nanoseconds measured, double first_deviation, Mean* mean) noexcept;
 
   State state_;
 };

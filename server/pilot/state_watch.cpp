@@ -188,18 +188,18 @@ void StateWatch::look(Stamp now) noexcept {
   tell(now, Problem::kThrustAgainstMotion, told.thrust > 1.0);
   tell(now, Problem::kRatesAgainstAttitude, told.rotation > 1.0);
 
-  std::array<double, kMistakes.size()> left{};
+  std::array<double, kMistakes.size()> remains{};
   double least = told.sum();
   const bool contradicts = told.worst() > 1.0;
   if (contradicts) {
     for (std::size_t i = 0; i < kMistakes.size(); ++i) {
       const Misfit undone = misfit(model_, samples, count_, kMistakes[i].undo);
-      left[i] = undone.worst() <= 1.0 ? undone.sum() : std::numeric_limits<double>::infinity();
-      least = std::min(least, left[i]);
+      remains[i] = undone.worst() <= 1.0 ? undone.sum() : std::numeric_limits<double>::infinity();
+      least = std::min(least, remains[i]);
     }
   }
   for (std::size_t i = 0; i < kMistakes.size(); ++i)
-    tell(now, kMistakes[i].problem, contradicts && left[i] == least && left[i] < kExplains * told.sum());
+    tell(now, kMistakes[i].problem, contradicts && remains[i] == least && remains[i] < kExplains * told.sum());
 
   std::size_t begin = count_ - 1;
   while (begin > 0 && now - nth(begin).stamp < kTorqueWindow) --begin;

@@ -211,7 +211,8 @@ Stepping::Answer Stepping::step(Stamp now) noexcept {
     age = std::max(now - newest.received, std::chrono::nanoseconds{0});
     states_missing_ = age > 2 * period_;
     if (age > kSilence) {
-      state_.command.health.problems = diagnose(0.0, true, Withheld::kNothing);
+      states_missing_ = true;
+      state_.command.health.problems = diagnose(0.0, Withheld::kNothing);
       state_.command.health.degraded = true;
       shared_->healths.write(state_.command.health);
       return {};
@@ -323,7 +324,7 @@ void Stepping::fill_health(std::chrono::nanoseconds horizon, double field_age_s,
   health.lap = progress_.lap();
   health.course_done = progress_.done();
   health.degraded = degraded || depth_missing() || !plan_.ok || withheld != Withheld::kNothing;
-  health.problems = diagnose(plan_.ok ? health.effective_samples : 0.0, states_missing_, withheld);
+  health.problems = diagnose(plan_.ok ? health.effective_samples : 0.0, withheld);
 }
 
 bool Stepping::depth_missing() const noexcept {
@@ -343,7 +344,7 @@ bool Stepping::target_should_be_seen() const noexcept {
   return center_C.norm() <= kSeenWithin_m && camera.sees(center_C, kSeenMargin_px_per_width * camera.width_px);
 }
 
-protocol::Problems Stepping::diagnose(double effective_samples, bool states_missing, Withheld withheld) noexcept {
+protocol::Problems Stepping::diagnose(double effective_samples, Withheld withheld) noexcept {
   const DelayEstimate& delay = state_.delay;
   StepFindings findings;
   findings.stamp = state_.newest.stamp;
@@ -352,7 +353,7 @@ protocol::Problems Stepping::diagnose(double effective_samples, bool states_miss
   findings.gate_expected = !findings.gate_seen && target_should_be_seen();
   findings.course_done = progress_.done();
   findings.depth_missing = depth_missing();
-  findings.states_missing = states_missing;
+  findings.states_missing = states_missing_;
   findings.states_rejected = shared_->newest_state_rejected.load(std::memory_order_relaxed);
   findings.frames_rejected = shared_->newest_frame_rejected.load(std::memory_order_relaxed);
   findings.stamps_jumped = shared_->stamps_jumped.exchange(false, std::memory_order_relaxed);

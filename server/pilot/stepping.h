@@ -134,7 +134,7 @@ class Stepping {
   void fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded, Withheld withheld) noexcept;
   bool depth_missing() const noexcept;
   bool target_should_be_seen() const noexcept;
-  protocol::Problems diagnose(double effective_samples, bool states_missing, Withheld withheld) noexcept;
+  protocol::Problems diagnose(double effective_samples, Withheld withheld) noexcept;
 
   const protocol::SessionRequest* request_;
   Mailboxes* shared_;
@@ -150,7 +150,7 @@ class Stepping {
   RateLags rate_lags_;
   protocol::Problems contradictions_ = 0;  // of state_watch_, as of the newest state
   Diagnosis diagnosis_;
-  bool states_missing_ = false;  // real time, in the step in progress
+  bool states_missing_ = false;  // real time: late in the step in progress
   bool unsolved_ = false;        // the newest command waits for solved()
 };
 

@@ -3,12 +3,6 @@
 #include <algorithm>
 
 namespace gatefield::pilot {
-namespace {
-
-/// Lockstep: a simulator may think for as long as it likes between two states, but not leap for a day of its time.
-constexpr Stamp kMaxFreeJump = std::chrono::minutes(10);
-
-}  // namespace
 
 bool TimeLine::goes_on(const Point& from, const Point& to, bool free) noexcept {
   if (to.sequence <= from.sequence || to.sequence - from.sequence > kMaxSkip) return false;

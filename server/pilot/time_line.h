@@ -14,13 +14,15 @@ namespace gatefield::pilot {
 ///
 /// A sample goes on from another when its sequence is more, by at most kMaxSkip, and its stamp is later, by at most
 /// kMaxJump and what passed meanwhile by the receiver's clock. It is late when neither is more and the stamp is at most
-/// kMaxJump back. A lockstep client (`free`) sends the same sample again until it is answered: off the line, the same
-/// one again agrees with itself. A stamp beyond kMaxStamp lies on no line.
+/// kMaxJump back. A lockstep client (`free`) may let kMaxFreeJump of its own time pass between two samples, however fast
+/// it computes, and sends the same sample again until it is answered: off the line, the same one again agrees with
+/// itself. A stamp beyond kMaxStamp lies on no line.
 /// Thread-safe: no (the owner's lock).   Real-time safe: yes.
 class TimeLine {
  public:
   static constexpr std::uint64_t kMaxSkip = 100'000;
   static constexpr Stamp kMaxJump = std::chrono::seconds(1);
+  static constexpr Stamp kMaxFreeJump = std::chrono::minutes(10);  ///< a simulator leaps no farther at once
   /// 146 years: times that are added to a stamp don't reach the end of its 64 bits.
   static constexpr Stamp kMaxStamp = Stamp::max() / 2;
   static constexpr int kAgree = 3;
@@ -38,8 +40,8 @@ class TimeLine {
     return verdict == Verdict::kNext || verdict == Verdict::kNewLine;
   }
 
-  /// @param received  receiver's clock; in lockstep simulated time may pass faster than it: `free` then
-  /// @param free      stamps may be any time later than the one before
+  /// @param received  receiver's clock
+  /// @param free      lockstep: stamps don't follow the receiver's clock and may be kMaxFreeJump later than the one before
   Verdict judge(std::uint64_t sequence, Stamp stamp, Stamp received, bool free) noexcept;
 
   bool begun() const noexcept { return state_.begun; }

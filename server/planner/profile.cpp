@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "common/base/text.h"
+
 namespace gatefield::planner {
 
 Status validate(const Profile& profile) {
@@ -13,25 +15,25 @@ Status validate(const Profile& profile) {
   for (const IntegerField& field : kIntegerFields) {
     const int value = profile.*field.member;
     if (value < field.min || value > field.max)
-      return wrong(field.name, std::to_string(value), std::to_string(field.min) + " to " + std::to_string(field.max));
+      return wrong(field.name, text(value), text(field.min) + " to " + text(field.max));
   }
   for (const NumberField& field : kNumberFields) {
     const double value = profile.*field.member;
     if (!(value >= field.min && value <= field.max))
-      return wrong(field.name, std::to_string(value), std::to_string(field.min) + " to " + std::to_string(field.max));
+      return wrong(field.name, text(value), text(field.min) + " to " + text(field.max));
   }
   for (std::size_t i = 0; i < profile.noise_sigma_n_s.size(); ++i) {
     const double value = profile.noise_sigma_n_s[i];
     if (!(value >= 0 && value <= 1000))
-      return wrong("noise_sigma_n_s[" + std::to_string(i) + "]", std::to_string(value), "0 to 1000 N/s");
+      return wrong("noise_sigma_n_s[" + std::to_string(i) + "]", text(value), "0 to 1000 N/s");
   }
-  if (profile.samples % 16 != 0) return wrong("samples", std::to_string(profile.samples), "a multiple of 16");
+  if (profile.samples % 16 != 0) return wrong("samples", text(profile.samples), "a multiple of 16");
   if (profile.temperature_min > profile.temperature_max)
-    return wrong("temperature_min", std::to_string(profile.temperature_min), "at most temperature_max");
+    return wrong("temperature_min", text(profile.temperature_min), "at most temperature_max");
   if (profile.altitude_min_m >= profile.altitude_max_m)
-    return wrong("altitude_min_m", std::to_string(profile.altitude_min_m), "less than altitude_max_m");
+    return wrong("altitude_min_m", text(profile.altitude_min_m), "less than altitude_max_m");
   if (profile.field_fresh_s >= profile.field_stale_s)
-    return wrong("field_fresh_s", std::to_string(profile.field_fresh_s), "less than field_stale_s");
+    return wrong("field_fresh_s", text(profile.field_fresh_s), "less than field_stale_s");
   return {};
 }
 

@@ -73,7 +73,7 @@ PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
 
   context.has_next = input.has_next;
   if (input.has_next) {
-    // Should the next gate's way in be on its far side, then around it on the side that is nearer.
+    // When the next gate's way in is on its far side, the way leads around it on the side that is nearer.
     const Eigen::Vector3d across = input.next.axis_W.cross(Eigen::Vector3d::UnitZ());
     const double side = (target.center_W - input.next.center_W).dot(across) >= 0 ? 1.0 : -1.0;
     const bool around_again = one_gate(target, input.next) && same_way(target, input.next);

@@ -1,7 +1,5 @@
 #include "server/planner/warm_start.h"
 
-#include <cmath>
-
 namespace gatefield::planner {
 
 void shift_plan(double elapsed_s, double step_s, const PlainVector4& beyond, std::span<PlainVector4> inputs) noexcept {

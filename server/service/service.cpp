@@ -19,6 +19,9 @@ constexpr std::size_t kMaxQueue = 256;
 constexpr auto kHousekeepingPeriod = 50ms;
 constexpr std::chrono::nanoseconds kLogPeriod = 1s;
 
+/// Ends a line of the log that stands for those that were held back.
+std::string and_others(unsigned held) { return held ? " (and " + std::to_string(held) + " others)" : ""; }
+
 }  // namespace
 
 Service::Service(ServiceOptions options, Factories factories, const Clock* clock, Transport* transport)
@@ -40,11 +43,8 @@ void Service::start() {
 void Service::stop() {
   {
     const std::lock_guard lock(queue_mutex_);
-    if (stopped_) return;
-    stopped_ = true;
-    stopping_ = true;
+    if (stopping_.exchange(true)) return;
   }
-  leaving_.store(true, std::memory_order_relaxed);
   queue_filled_.notify_all();
   if (housekeeper_.joinable()) housekeeper_.join();
   // Vehicles hear of it before the threads end: their own fallback is then a matter of the reply, not of a time-out.
@@ -108,16 +108,14 @@ void Service::on_rejected(Kind kind, const std::string& vehicle, const Error& wh
   if (pilot && kind == Kind::kDepth) return pilot->intake().note_rejected_frame(why);
   strays_.fetch_add(1, std::memory_order_relaxed);
   unsigned held = 0;
-  if (stray_log_.admit(clock_->now(), &held))
-    log::warn("dropped a sample: " + why.message + (held ? " (and " + std::to_string(held) + " others)" : ""));
+  if (stray_log_.admit(clock_->now(), &held)) log::warn("dropped a sample: " + why.message + and_others(held));
 }
 
 void Service::stray(const std::string& vehicle, const char* what) {
   strays_.fetch_add(1, std::memory_order_relaxed);
   unsigned held = 0;
-  if (leaving_.load(std::memory_order_relaxed) || !stray_log_.admit(clock_->now(), &held)) return;
-  log::warn(std::string("dropped a ") + what + " of \"" + vehicle + "\", which has no session here" +
-            (held ? " (and " + std::to_string(held) + " others)" : ""));
+  if (stopping_.load(std::memory_order_relaxed) || !stray_log_.admit(clock_->now(), &held)) return;
+  log::warn(std::string("dropped a ") + what + " of \"" + vehicle + "\", which has no session here" + and_others(held));
 }
 
 std::shared_ptr<pilot::Pilot> Service::session_of(const std::string& vehicle) const {
@@ -146,14 +144,13 @@ void Service::run() {
 }
 
 void Service::housekeep() {
-  for (;;) {
-    std::variant<Asked, Gone> item;
-    {
-      const std::lock_guard lock(queue_mutex_);
-      if (queue_.empty()) break;
-      item = std::move(queue_.front());
-      queue_.pop_front();
-    }
+  // What comes meanwhile waits for the next turn: requests without end must not keep sessions from ending.
+  std::deque<std::variant<Asked, Gone>> queue;
+  {
+    const std::lock_guard lock(queue_mutex_);
+    queue.swap(queue_);
+  }
+  for (const std::variant<Asked, Gone>& item : queue) {
     if (const auto* const asked = std::get_if<Asked>(&item)) {
       answer(*asked);
     } else {
@@ -215,10 +212,10 @@ void Service::log_problems(const std::string& vehicle, protocol::Problems found,
 
 void Service::answer(const Asked& asked) {
   const protocol::SessionRequest& request = asked.request;
-  if (!protocol::validate_name("vehicle", request.vehicle).ok()) {
+  if (const Status named = protocol::validate_name("vehicle", request.vehicle); !named) {
     unsigned held = 0;
     if (refusal_log_.admit(clock_->now(), &held))
-      log::warn("dropped a session request: " + protocol::validate_name("vehicle", request.vehicle).error());
+      log::warn("dropped a session request: " + named.error() + and_others(held));
     return;
   }
   if (!asked.verdict) return refuse(request, asked.verdict.failure());
@@ -315,11 +312,12 @@ void Service::accept(pilot::PilotParts parts) {
     const std::unique_lock lock(sessions_mutex_);
     sessions_[request.vehicle] = pilot;
   }
-  transport_->send(reply_to(*pilot));
   if (control_) {
     perception_->add(pilot);
     control_->add(pilot);
   }
+  // Last: the first state may come as soon as the vehicle hears of it, and has to find somebody to wake.
+  transport_->send(reply_to(*pilot));
   const planner::Profile& profile = options_.profiles.at(request.profile);
   log::info(
       "vehicle " + request.vehicle + ": session " + std::to_string(pilot->session()) + ", profile " + profile.name +
@@ -344,8 +342,7 @@ void Service::refuse(const protocol::SessionRequest& request, const Error& why) 
   tell_no(request, why);
   unsigned held = 0;
   if (refusal_log_.admit(clock_->now(), &held))
-    log::warn("vehicle " + request.vehicle + ": refused, " + why.message +
-              (held ? " (and " + std::to_string(held) + " others)" : ""));
+    log::warn("vehicle " + request.vehicle + ": refused, " + why.message + and_others(held));
 }
 
 void Service::tell_no(const protocol::SessionRequest& request, const Error& why) {

@@ -32,7 +32,7 @@ namespace gatefield::service {
 struct ServiceOptions {
   std::string name = "gatefield";  ///< told in every reply
   int max_vehicles = 8;            ///< sessions at once, 1 to 256
-  int control_threads = 0;         ///< 0 = one per core but one, at least one
+  int control_threads = 0;         ///< 0 = default_control_threads()
   int perception_threads = 1;
   bool realtime = false;          ///< SCHED_FIFO for the control threads
   kernels::Crew* crew = nullptr;  ///< that the planners of `factories` share their blocks through; may be null
@@ -65,10 +65,11 @@ struct Factories {
 /// Sessions. A request to join is refused with a code and a sentence, or answered with a session number that goes into
 /// every later sample: 64 random bits, never 0, so that nobody guesses another's. The same request again gets the same
 /// reply again. kBusyName (a session that is heard of has the name) and kBusyServer may be gone a moment later, see
-/// may_pass(); other refusals will not go away by themselves. A refusal carries the version of who asked. A session ends when the vehicle leaves, when its request
-/// is withdrawn (the middleware says so), when another request with its name comes after `stale_after` without a state,
-/// and after `abandon_after` without one. Whenever the server ends a session by itself it says so with a refusal of the
-/// request that was accepted (kAbandoned, kLeaving): the client then joins anew.
+/// may_pass(); other refusals will not go away by themselves. A refusal carries the version of who asked. A session ends
+/// when the vehicle leaves, when its request is withdrawn (the middleware says so), when another request with its name
+/// comes after `stale_after` without a state, and after `abandon_after` without one. Whenever the server ends a session
+/// by itself it says so with a refusal of the request that was accepted (kAbandoned, kLeaving): the client then joins
+/// anew.
 ///
 /// Telemetry goes out every `telemetry_period`, and at once when a session has a problem (PlannerHealth::problems) that
 /// was not told yet: no command need go out for that. The log has a line when a session's problems change, one a second
@@ -158,11 +159,9 @@ class Service {
   std::mutex queue_mutex_;
   std::condition_variable queue_filled_;
   std::deque<std::variant<Asked, Gone>> queue_;
-  bool stopping_ = false;
-  bool stopped_ = false;
+  std::atomic<bool> stopping_{false};  // changed under the queue's mutex
 
   std::atomic<std::uint64_t> strays_{0};
-  std::atomic<bool> leaving_{false};
   log::RateLimiter stray_log_;
   log::RateLimiter refusal_log_;
   Stamp next_telemetry_{0};

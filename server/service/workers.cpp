@@ -18,8 +18,8 @@ constexpr std::chrono::nanoseconds kMaxWait = 100ms;
 /// Lockstep has no deadline of its own; this one places it among those that have.
 constexpr std::chrono::nanoseconds kLockstepDeadline = 10ms;
 constexpr int kControlPriority = 30;
-/// Turns of a helper's loop without a block to do, some hundred microseconds. Between a step's loops over blocks pass
-/// some tens.
+/// Turns of a helper's loop without a block to do: some hundred microseconds. Between two loops over blocks of one step
+/// pass some tens of microseconds.
 constexpr int kHelpersPatience = 2000;
 
 std::chrono::steady_clock::time_point steady(Stamp stamp) {
@@ -122,8 +122,9 @@ void ControlPool::wake(const pilot::Pilot* pilot) {
   changed_.notify_one();
 }
 
-/// Blocks of steps in progress until there is none, something is due or has changed. @return false when there were no
-/// blocks for long: the thread whose step it is was put aside by the scheduler, and waiting would take its processor
+/// Does blocks of steps in progress until no step is, something is due or has changed.
+/// @return false when there were no blocks for long: the scheduler has put the step's own thread aside, and waiting would
+///         keep the processor from it
 bool ControlPool::help(std::unique_lock<std::mutex>& lock, Stamp until) {
   const std::uint64_t news = news_.load(std::memory_order_relaxed);
   ++helpers_;
@@ -177,8 +178,8 @@ void ControlPool::run(int index) {
     stepping_.fetch_add(1, std::memory_order_relaxed);
     const Stamp due = chosen->due;
     pilot::Pilot& pilot = *chosen->pilot;
-    // Somebody else has to keep an eye on the rest, whose due times may have changed since he began to wait; and who
-    // sleeps could help.
+    // Another thread has to keep an eye on the rest, whose due times may have changed since it began to wait; and those
+    // that sleep could help.
     const int rouse = options_.crew != nullptr ? std::min<int>(kMaxHelpers, static_cast<int>(threads_.size()) - 1)
                                                : (entries_.size() > 1 ? 1 : 0);
     lock.unlock();

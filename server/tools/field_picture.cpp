@@ -29,12 +29,6 @@ cv::Vec3b field_color(double s_m) {
   return s_m >= 0 ? cv::Vec3b(mix(60), mix(150), mix(20)) : cv::Vec3b(mix(30), mix(30), mix(190));
 }
 
-void TrueField::evaluate(std::span<const float> x_W, std::span<const float> y_W, std::span<const float> z_W,
-                         std::span<float> sdf_m) const noexcept {
-  for (std::size_t i = 0; i < sdf_m.size(); ++i)
-    sdf_m[i] = static_cast<float>(guide_sdf(shape_, X_GW_ * Eigen::Vector3d(x_W[i], y_W[i], z_W[i])));
-}
-
 cv::Point View::pixel(const Eigen::Vector3d& p_W) const {
   const Eigen::Vector3d p_C = X_WC.inverse() * p_W;
   return {cvRound(scale * (camera.fx_px * p_C.x() / p_C.z() + camera.cx_px)),

@@ -18,18 +18,6 @@ inline const cv::Scalar kTruth(200, 60, 30);  ///< blue: what is true, beside wh
 /// Red where s < 0, white at 0, green where s > 0; saturates at 1 m.
 cv::Vec3b field_color(double s_m);
 
-/// The hourglass of a gate that is known.
-class TrueField final : public gates::Field {
- public:
-  TrueField(const GateShape& shape, const Eigen::Isometry3d& X_WG) : shape_(shape), X_GW_(X_WG.inverse()) {}
-  void evaluate(std::span<const float> x_W, std::span<const float> y_W, std::span<const float> z_W,
-                std::span<float> sdf_m) const noexcept override;
-
- private:
-  GateShape shape_;
-  Eigen::Isometry3d X_GW_;
-};
-
 /// A depth frame, and how it is drawn.
 struct View {
   CameraModel camera;

@@ -9,19 +9,13 @@
 #include "server/kernels/backend.h"
 #include "server/perception/learned/learned_sensor.h"
 #include "server/perception/sight.h"
+#include "tests/support/analytic_field.h"
 #include "tests/support/drawn_gates.h"
 
 namespace gatefield::bench {
 namespace {
 
 constexpr double kRadius_m = 6.0;
-
-Eigen::Isometry3d gate_pose(const Eigen::Vector3d& center_W, double yaw_rad) {
-  Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
-  X_WG.translation() = center_W;
-  X_WG.linear() = Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  return X_WG;
-}
 
 }  // namespace
 
@@ -32,7 +26,7 @@ std::vector<float> image_of_a_gate(const CameraModel& camera) {
   X_WC.linear().col(1) = -Eigen::Vector3d::UnitZ();
   X_WC.linear().col(2) = Eigen::Vector3d::UnitX();
   X_WC.translation().z() = 1.5;
-  return test::draw_gates(camera, X_WC, {gate_pose({3.0, 0.2, 1.6}, 0.2)}, {});
+  return test::draw_gates(camera, X_WC, {test::upright_gate({3.0, 0.2, 1.6}, 0.2)}, {});
 }
 
 Course circle_course() {
@@ -53,8 +47,8 @@ std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profil
   std::vector<Eigen::Isometry3d> gates;
   for (const Waypoint& waypoint : course.waypoints) {
     const double yaw_rad = std::atan2(waypoint.direction_W.y(), waypoint.direction_W.x());
-    gates.push_back(
-        gate_pose(waypoint.p_W + Eigen::Vector3d(0.1, -0.1, 0.1), yaw_rad + (gates.size() % 2 == 0 ? 0.2 : -0.2)));
+    gates.push_back(test::upright_gate(waypoint.p_W + Eigen::Vector3d(0.1, -0.1, 0.1),
+                                       yaw_rad + (gates.size() % 2 == 0 ? 0.2 : -0.2)));
   }
   const CameraModel camera = default_camera();
   const QuadrotorModel model;

@@ -20,8 +20,8 @@ struct RecordedStep {
 /// A circle of six gates.
 Course circle_course();
 
-/// Flies circle_course(), its gates turned, with the real encoder, memory, decoder and planner: images are drawn by meeting
-/// each pixel's ray with the gates' planes and the floor, the vehicle follows the reference dynamics at 1 kHz.
+/// Flies circle_course(), its gates turned, with the real encoder, memory, decoder and planner: images are drawn by
+/// meeting each pixel's ray with the gates' planes and the floor, the vehicle follows the reference dynamics at 1 kHz.
 /// @return every step's input, at the profile's control rate, until the circle is closed or `limit_s` has passed
 std::vector<RecordedStep> fly(const model::Bundle& bundle, const planner::Profile& profile, double limit_s);
 

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <iostream>
 #include <map>
+#include <string>
 #include <thread>
+#include <vector>
 
+#include "common/base/statistics.h"
 #include "common/course/course.h"
 #include "server/kernels/backend.h"
 #include "server/perception/gate_sensor.h"
@@ -17,7 +20,6 @@
 #include "server/service/workers.h"
 #include "tests/bench/flight.h"
 #include "tests/bench/register.h"
-#include "tests/bench/timings.h"
 #include "tests/support/crew_threads.h"
 
 namespace gatefield::bench {

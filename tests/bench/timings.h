@@ -1,24 +1,13 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstdio>
-#include <limits>
 #include <string>
 #include <vector>
 
+#include "common/base/statistics.h"
+
 /// What many times come to. Shared by the benchmarks.
 namespace gatefield::bench {
-
-/// The smallest value that at least `part` of all values do not exceed (nearest rank). NaN when there is none.
-inline double quantile(std::vector<double> values, double part) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const double rank = std::ceil(part * static_cast<double>(values.size()) - 1e-9);
-  const auto nth = static_cast<std::size_t>(std::clamp(rank, 1.0, static_cast<double>(values.size()))) - 1;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(nth), values.end());
-  return values[nth];
-}
 
 /// A line for people. @param values_s  seconds, said in microseconds
 inline std::string line_us(const std::string& what, const std::vector<double>& values_s) {
@@ -37,7 +26,7 @@ inline std::string line_us(const std::string& what, const std::vector<double>& v
 inline std::string fields_us(const std::string& prefix, const std::vector<double>& values_s) {
   if (values_s.empty()) return {};
   char text[200];
-  std::snprintf(text, sizeof text, ", \"%sp50_us\": %.1f, \"%sp99_us\": %.1f, \"%sp999_us\": %.1f", prefix.c_str(),
+  std::snprintf(text, sizeof text, R"(, "%sp50_us": %.1f, "%sp99_us": %.1f, "%sp999_us": %.1f)", prefix.c_str(),
                 1e6 * quantile(values_s, 0.5), prefix.c_str(), 1e6 * quantile(values_s, 0.99), prefix.c_str(),
                 1e6 * quantile(values_s, 0.999));
   return text;

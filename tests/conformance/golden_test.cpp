@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -12,28 +10,12 @@
 #include "common/dds/wire_type.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
 #include "tests/support/messages.h"
+#include "tests/support/wire_bytes.h"
 
 namespace gatefield::dds {
 namespace {
 
 using eprosima::fastrtps::rtps::SerializedPayload_t;
-
-std::vector<std::uint8_t> golden(const std::string& name) {
-  std::ifstream file(std::string(GATEFIELD_SOURCE_DIR) + "/tests/data/wire/" + name + ".hex");
-  EXPECT_TRUE(file.good()) << name;
-  std::vector<std::uint8_t> bytes;
-  std::string digits;
-  for (char c = 0; file.get(c);) {
-    if (std::isspace(static_cast<unsigned char>(c))) continue;
-    digits.push_back(c);
-    if (digits.size() == 2) {
-      bytes.push_back(static_cast<std::uint8_t>(std::stoi(digits, nullptr, 16)));
-      digits.clear();
-    }
-  }
-  EXPECT_TRUE(digits.empty()) << name;
-  return bytes;
-}
 
 template <typename Generated>
 std::vector<std::uint8_t> bytes_of(typename Generated::type* sample) {
@@ -57,7 +39,7 @@ typename Generated::type sample_of(const std::vector<std::uint8_t>& bytes) {
 // Writing gives the golden bytes; reading them gives a message that passes validation and writes the same bytes again.
 template <typename Generated, typename Message>
 Message both_ways(const std::string& name, const Message& message) {
-  const auto expected = golden(name);
+  const auto expected = test::wire_bytes(name);
   typename Generated::type sample;
   to_wire(message, &sample);
   EXPECT_EQ(bytes_of<Generated>(&sample), expected) << "written";
@@ -84,7 +66,7 @@ TEST(Golden, SessionRequest) {
 
 // Of a client of another version a server reads who it is and which version it speaks, enough for a refusal.
 TEST(Golden, SessionRequestOfVersion1IsReadAsFarAsItIsTheSame) {
-  const auto bytes = golden("session_request_version_1");
+  const auto bytes = test::wire_bytes("session_request_version_1");
   RequestType type;
   SerializedPayload_t payload(static_cast<std::uint32_t>(bytes.size()));
   std::copy(bytes.begin(), bytes.end(), payload.data);
@@ -115,7 +97,7 @@ TEST(Golden, VehicleState) {
 }
 
 TEST(Golden, DepthFrame) {
-  const auto expected = golden("depth_frame");
+  const auto expected = test::wire_bytes("depth_frame");
   const auto frame = test::good_frame("drone", 1, 16, 16);
   wire::DepthFrame sample;
   header_to_wire(frame, &sample);

@@ -7,8 +7,11 @@ failed=0
 
 # forbid FOLDERS PATTERN WHY: no source file under the folders has an #include that matches.
 forbid() {
-  local hits
-  hits=$(grep -rnE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"]($2)" --include='*.h' --include='*.cpp' $1 2>/dev/null || true)
+  local hits folder
+  for folder in $1; do # a rule for what isn't there holds nothing
+    [[ -d $folder ]] || { echo "includes.sh: there is no folder $folder ($3)"; failed=1; }
+  done
+  hits=$(grep -rnE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"]($2)" --include='*.h' --include='*.cpp' $1 || true)
   if [[ -n "$hits" ]]; then
     printf 'Not allowed: %s\n%s\n\n' "$3" "$hits"
     failed=1
@@ -25,6 +28,10 @@ forbid "$(outside common/dds)" 'fast(dds|rtps|cdr)/|generated/|gatefield_idl|gat
 forbid "$(outside server/training)" 'torch/|ATen/|c10/' 'only server/training includes libtorch'
 forbid "$(outside client/simulator)" 'mujoco/' 'only client/simulator includes MuJoCo'
 forbid "$(outside common/scene)" 'embree' 'only common/scene includes Embree'
+forbid "$(outside server/kernels)" 'hwy/' 'only server/kernels includes Highway'
+forbid "$(outside server/perception)" 'dnnl' 'only server/perception includes oneDNN'
+forbid "$(outside server/training)" 'hdf5|H5' 'only server/training includes HDF5'
+forbid "$(outside common/base)" 'spdlog/' 'only common/base includes spdlog'
 forbid "server/planner server/kernels common/geometry common/vehicle common/scene common/protocol" 'common/dds/|server/service/' \
   'pure mathematics knows no middleware'
 forbid "server/gates" 'server/(kernels|perception|planner|pilot|service)/' 'what is believed of gates knows no network and no planner'
@@ -33,7 +40,7 @@ forbid "server/perception" 'server/(planner|pilot|service)/' 'perception makes o
 forbid "server/pilot" 'server/(service|app|baseline)/|server/perception/learned/|common/dds/' 'a pilot knows no service, no network and no transport'
 forbid "client/sdk client/flight" 'client/(simulator|race)/' 'any vehicle flies by the SDK and the flight loop'
 forbid "server/service" 'common/dds/' 'the service knows DDS only through an interface'
-forbid "client/sdk" 'spdlog|google/protobuf|opencv2' 'the SDK needs Fast DDS and Eigen only'
+forbid "client/sdk" 'google/protobuf|opencv2' 'the SDK needs Fast DDS and Eigen only'
 
 [[ $failed -eq 0 ]] && echo "Includes: every one goes the right way."
 exit $failed

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Holds docs/long-checks.md and deploy/long-check: every command of the table exists, and a run is written down when, and only when,
-# it succeeded.
+# Holds docs/long-checks.md and deploy/long-check: every command of the table exists, and a run is written down when,
+# and only when, it succeeded.
 # usage: long_checks.sh SOURCE_FOLDER
 set -euo pipefail
 cd "$1"

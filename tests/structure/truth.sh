@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
-# Looks into a built program for what knows the truth: no function or variable that one of the libraries defines may be in it.
-# usage: truth.sh free|holds PROGRAM LIBRARY...    ('holds': the program must have some; it shows that the search finds them)
+# Looks into a built program for what knows the truth: no function or variable that one of the libraries defines may be
+# in it.
+# usage: truth.sh free|holds PROGRAM LIBRARY...
+# 'holds': the program must have some; it shows that the search finds them.
 set -euo pipefail
 expected=$1
 program=$2

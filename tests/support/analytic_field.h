@@ -2,11 +2,11 @@
 
 #include <Eigen/Geometry>
 
-#include "server/planner/analytic_field.h"
+#include "server/gates/analytic_field.h"
 
 namespace gatefield::test {
 
-using planner::AnalyticField;
+using gates::AnalyticField;
 
 /// A gate's pose from its centre and heading.
 inline Eigen::Isometry3d upright_gate(const Eigen::Vector3d& center_W, double yaw_rad) {

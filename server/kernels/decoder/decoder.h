@@ -26,8 +26,6 @@
 ///   avx3_amx           0.001 m there; 0.00015 m was measured with emulated tiles
 namespace gatefield::kernels {
 
-/// Limits of what decoders take; model::Bundle checks them.
-inline constexpr int kMaxOctaves = 16;  ///< of the positional encoding
 /// Coordinates in the camera frame saturate here, so that any finite point gives a finite value.
 inline constexpr double kMaxCoordinate_m = 1e6;
 

@@ -19,8 +19,8 @@ struct LayerView {
 };
 
 inline constexpr std::size_t kMaxLayers = 16;
-inline constexpr std::size_t kMaxWidth =
-    256;  ///< inputs and outputs of any layer after folding; model::Bundle checks it
+/// Inputs and outputs of any layer after folding; model::Bundle checks it.
+inline constexpr std::size_t kMaxWidth = 256;
 /// Largest activation in fixed point, 13 bits: what is left of 31 is for sums of weights.
 inline constexpr float kMaxActivation = 8191.0f;
 

@@ -96,7 +96,7 @@ Result<std::unique_ptr<LoadedNetwork>> load(const model::Bundle& bundle, const s
   if (fast && why_not.empty()) return fast;
   if (onednn_built_in()) log::info(file + ": runs through OpenCV, since " + why_not);
   auto other = opencv_network(*network);
-  if (!other) return Error{file + ": " + other.error()};
+  if (!other) return other.failure().within(file + ": ");
   try {
     if (why_not = disagreement(*other.value(), *network); !why_not.empty()) return Error{file + ": OpenCV " + why_not};
   } catch (const std::exception& error) {
@@ -111,7 +111,6 @@ float sigmoid(float x) { return 1.0f / (1.0f + std::exp(-x)); }
 Encoding encoding_from(std::vector<float> latent, float validity_logit, float log_error) {
   Encoding out;
   out.latent = std::move(latent);
-  out.center_C = Eigen::Vector3f::Zero();
   out.validity = sigmoid(validity_logit);
   out.predicted_error_m = std::max(0.0f, std::exp(std::min(log_error, 5.0f)) - kErrorFloor_m);
   return out;
@@ -286,14 +285,14 @@ Result<std::unique_ptr<DepthEncoder>> DepthEncoder::create(const model::Bundle& 
   try {
     if (bundle.manifest().encoder_kind == "two_look") {
       auto first = load(bundle, "look1.onnx");
-      if (!first) return Error{first.error()};
+      if (!first) return first.failure();
       auto second = load(bundle, "look2.onnx");
-      if (!second) return Error{second.error()};
+      if (!second) return second.failure();
       return std::unique_ptr<DepthEncoder>(
           new TwoLookEncoder(bundle.manifest(), std::move(first).value(), std::move(second).value()));
     }
     auto net = load(bundle, "encoder.onnx");
-    if (!net) return Error{net.error()};
+    if (!net) return net.failure();
     return std::unique_ptr<DepthEncoder>(new PlainEncoder(bundle.manifest(), std::move(net).value()));
   } catch (const std::exception& error) {
     return Error{bundle.folder().string() + ": OpenCV can't set up " + words_of(error)};

@@ -15,8 +15,8 @@ namespace gatefield::perception {
 /// What one depth frame says about one gate.
 struct Encoding {
   std::vector<float> latent;  ///< the decoder's whole condition, bundle.manifest().latent_size() numbers
-  Eigen::Vector3f
-      center_C;  ///< the centre that is part of the latent (two-look bundles; zero for others), m, camera frame
+  /// The centre that is part of the latent (two-look bundles; zero for others), m, camera frame.
+  Eigen::Vector3f center_C = Eigen::Vector3f::Zero();
   float validity = 0.0f;           ///< probability that a gate is there
   float predicted_error_m = 0.0f;  ///< the network's own guess of its mean field error around the gate
 };

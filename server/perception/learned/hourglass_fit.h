@@ -18,8 +18,11 @@ struct HourglassFit {
 ///   s_guide(X_GW p_i) against field(p_i)
 /// over a fixed cloud of points within 1.1 m of `around_W`, from several starting angles about the vertical. The pose
 /// is what makes the field speak about planes and directions; it has no other source. The gate frame's x axis comes out
-/// within 90 degrees of `axis_W`; roll about it is only known up to the shape's symmetry. Thread-safe: yes.   Real-time
-/// safe: yes (about 0.3 ms, no allocation).
+/// within 90 degrees of `axis_W`; roll about it is only known up to the shape's symmetry.
+/// @param cone_angle_rad  of the hourglass that the field was trained with
+/// @param around_W        about where the centre is, metres
+/// @param axis_W          about the passing direction
+/// Thread-safe: yes.   Real-time safe: yes (about 0.3 ms, no allocation).   Errors: HourglassFit::ok.
 HourglassFit fit_hourglass(const gates::Field& field, const GateShape& shape, double cone_angle_rad,
                            const Eigen::Vector3d& around_W, const Eigen::Vector3d& axis_W) noexcept;
 

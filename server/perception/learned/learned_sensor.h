@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "common/model/bundle.h"
@@ -13,9 +12,12 @@
 namespace gatefield::perception {
 
 /// What an encoding says of a gate: its validity, and centre and axis of the opening, fitted to its field's values.
-/// @param raw  out: the field as captured
-/// @return empty: it shows no gate (manifest's threshold), or no hourglass explains the field
 /// @param decoder  the bundle's, prepared by the back end that computes the field
+/// @param X_WC     pose of the camera at the capture
+/// @param gate     where the fit begins when the encoding has no centre of its own
+/// @param raw      out: the field as captured
+/// @return empty: it shows no gate (manifest's threshold), or no hourglass explains the field
+/// Thread-safe: yes, on different `raw`.   Real-time safe: no (raw's memory).
 std::optional<Observation> observation_of(const model::Bundle& bundle,
                                           const std::shared_ptr<const kernels::PreparedDecoder>& decoder,
                                           const Encoding& encoding, const Eigen::Isometry3d& X_WC,

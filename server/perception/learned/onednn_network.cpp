@@ -11,7 +11,6 @@
 #include <functional>
 #include <map>
 #include <stdexcept>
-#include <utility>
 
 #include "common/model/onnx_graph.h"
 #include "server/perception/learned/onednn_loops.h"

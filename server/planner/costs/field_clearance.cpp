@@ -15,7 +15,8 @@ namespace field_clearance {
 
 constexpr float kLowest_m = -2.0f;
 
-/// What counts is (field - none) * before + (next - none) * beyond: `none` is a value without cost.
+/// `use_target` and `use_next` are 1, or 0 for a field that isn't known: it costs nothing, and any numbers may stand for
+/// it.
 GATEFIELD_MULTIVERSION void accumulate(float weight, float clearance_m, const float* field, const float* next,
                                        const float* through, float use_target, float use_next, int count,
                                        float* cost) noexcept {

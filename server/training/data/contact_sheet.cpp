@@ -1,7 +1,6 @@
 #include "server/training/data/contact_sheet.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>

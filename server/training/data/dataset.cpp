@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 #include <string>
-#include <utility>
 
 #include "common/base/multiversion.h"
 #include "server/training/data/fill.h"
@@ -23,14 +22,17 @@ std::uint8_t pack_surface(float cosine, float reflectance) {
   return static_cast<std::uint8_t>(std::min(high, 15u) << 4 | std::min(low, 15u));
 }
 
+/// Valid gates first, nearer ones first within each kind.
+bool comes_before(const GateLabel& a, const GateLabel& b) {
+  if (a.valid() != b.valid()) return a.valid();
+  return a.p_CG.squaredNorm() < b.p_CG.squaredNorm();
+}
+
 template <typename AnySample>
 void sort(AnySample* sample) {
   const auto begin = sample->gates.begin();
   const auto end = begin + sample->gate_count;
-  std::sort(begin, end, [](const GateLabel& a, const GateLabel& b) {
-    if (a.valid() != b.valid()) return a.valid();
-    return a.p_CG.squaredNorm() < b.p_CG.squaredNorm();
-  });
+  std::sort(begin, end, comes_before);
   sample->valid_count = static_cast<int>(std::count_if(begin, end, [](const GateLabel& gate) { return gate.valid(); }));
 }
 
@@ -104,10 +106,7 @@ void sort_gates(Sample* sample) { sort(sample); }
 void sort_gates(SampleView* sample) { sort(sample); }
 
 void set_gates(std::vector<GateLabel> gates, Sample* sample) {
-  std::ranges::stable_sort(gates, [](const GateLabel& a, const GateLabel& b) {
-    if (a.valid() != b.valid()) return a.valid();
-    return a.p_CG.squaredNorm() < b.p_CG.squaredNorm();
-  });
+  std::ranges::stable_sort(gates, comes_before);
   sample->gate_count = static_cast<int>(std::min<std::size_t>(gates.size(), kMaxGates));
   std::copy_n(gates.begin(), sample->gate_count, sample->gates.begin());
   sort_gates(sample);

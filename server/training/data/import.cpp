@@ -1,7 +1,6 @@
 #include "server/training/data/import.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <utility>
 
 #include "common/model/two_look.h"

@@ -1,5 +1,6 @@
 #include "server/training/data/measured_frames.h"
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 

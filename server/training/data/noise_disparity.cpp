@@ -1,7 +1,6 @@
 #include "server/training/data/noise_disparity.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <span>

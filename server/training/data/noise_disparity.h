@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "common/base/result.h"
 #include "server/training/data/measured_frames.h"
 

@@ -13,8 +13,8 @@ namespace gatefield::training {
 /// Hybrid spatial sampling (paper, "Training data"): which part of an image's query points is drawn how. Parts need not
 /// sum to 1; they are taken relative to their sum, and rounding goes to `global`.
 struct SamplingMix {
-  double near_surface =
-      0.35;  ///< around s = 0: a point of the hourglass's surface with |x| < reach_m, moved by N(0, near_sigma_m)
+  /// Around s = 0: a point of the hourglass's surface with |x| < reach_m, moved by N(0, near_sigma_m).
+  double near_surface = 0.35;
   double interior = 0.20;   ///< uniform in (x, then cross-section) inside the hourglass, |x| < reach_m
   double collision = 0.20;  ///< uniform in the physical frame grown by collision_margin_m
   double global = 0.25;     ///< uniform over the image, uniform in depth between the camera's limits

@@ -16,8 +16,7 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// --- The world of one sample. W: the target gate's centre is the origin, its axis is +x before its own tilt.
-// ---------------------
+// The world of one sample. W: the target gate's centre is the origin, its axis is +x before its own tilt.
 
 void add_other_gates(int count, Random* random, std::vector<scene::Gate>* gates) {
   // On a course: a circle that the target gate's axis touches, 4 to 7 gates on it. Or anywhere 3 to 12 m away.

@@ -15,8 +15,8 @@ struct TrueDepth {
 
   std::vector<float> z_m;     ///< 0 = nothing, or not known
   std::vector<float> cosine;  ///< of the angle of incidence, from the slopes of 1 / z; 0 where z is 0
-  std::vector<std::uint8_t>
-      edge;  ///< a neighbour (4) has another depth, as apply_noise() sees it: more than 0.1 m + 3 %
+  /// A neighbour (4) has another depth, as apply_noise() sees it: more than 0.1 m + 3 %.
+  std::vector<std::uint8_t> edge;
   std::vector<std::uint8_t> border;  ///< a neighbour (4) has none
   std::vector<std::uint8_t> inside;  ///< known, no edge and nothing unknown within kInside_px
   std::vector<std::uint8_t> shadow;  ///< hidden from an imager `baseline_m` to the right

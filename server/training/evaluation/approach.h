@@ -12,7 +12,7 @@
 
 namespace gatefield::training {
 
-/// Flights toward one gate with the whole chain that the server runs (service::Sight with its gate memory), vehicle
+/// Flights toward one gate with the whole chain that the server runs (perception::Sight with its gate memory), vehicle
 /// state known, waypoint off: how near is the centre, and how much of its error is bias, how much noise?
 struct ApproachOptions {
   int count = 200;                  ///< flights

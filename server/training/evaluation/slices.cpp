@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "common/scene/depth_camera.h"
+#include "server/gates/analytic_field.h"
 #include "server/tools/field_picture.h"
 #include "server/training/data/scene_parts.h"
 #include "server/training/evaluation/held_out.h"
@@ -78,7 +79,7 @@ cv::Mat map_of(const Reading& reading, const GateShape& shape, const Isometry3d&
   if (!reading.encoded) return {plane.size_px, plane.size_px, CV_8UC3, cv::Scalar(200, 200, 200)};
   const std::vector<float> values = tools::map_values(plane, reading.field);
   cv::Mat map = tools::draw_map(plane, values);
-  tools::draw_zero_line(&map, plane, tools::map_values(plane, tools::TrueField(shape, X_WG)), tools::kTruth);
+  tools::draw_zero_line(&map, plane, tools::map_values(plane, gates::AnalyticField(X_WG, shape)), tools::kTruth);
   tools::draw_zero_line(&map, plane, values, kLearned);
   tools::draw_posts(&map, plane, shape, X_WG);
   tools::draw_eye(&map, plane, p_WC);

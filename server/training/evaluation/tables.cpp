@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "server/training/evaluation/judge.h"
 #include "server/training/evaluation/selection.h"

@@ -5,8 +5,9 @@
 #include <condition_variable>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <mutex>
-#include <optional>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -46,15 +47,6 @@ inline constexpr float kCropCaptureRadius_m = 0.9f;
 /// there.
 inline constexpr float kDimVisibleFraction = 0.12f;
 
-/// What one crop (or, for the plain encoder, one image) is trained towards; all in the camera frame.
-struct Target {
-  float validity = 0.0f;
-  float validity_weight = 0.0f;
-  float weight = 0.0f;  ///< of all losses on the gate, 1 / distance; 0 when there is none
-  std::array<float, 3> center_m{};
-  std::array<float, 6> normal{};  ///< n n^T: xx yy zz xy xz yz
-};
-
 /// Everything one optimiser step needs, row-major and dense.
 struct Batch {
   std::uint64_t step = 0;
@@ -72,8 +64,11 @@ struct Batch {
   std::vector<float> crop_input;             ///< [C] crop_input
   std::vector<float> crop_context;
   std::vector<float> crop_center;  ///< [C][3]
-  std::vector<float> target_center, target_normal, target_weight, validity,
-      validity_weight;                           ///< [C][3], [C][6], [C] ...
+  // What a crop (plain: an image) is trained towards, in the camera frame.
+  std::vector<float> target_center;              ///< [C][3] m
+  std::vector<float> target_normal;              ///< [C][6] n n^T: xx yy zz xy xz yz
+  std::vector<float> target_weight;              ///< [C] of all losses on the gate, 1 / distance; 0: there is none
+  std::vector<float> validity, validity_weight;  ///< [C] 1: a gate is seen; 0 in the weight: it isn't asked
   std::vector<float> points_C, sdf_m;            ///< [C][N][3], [C][N]
   std::vector<float> clean_depth, clean_weight;  ///< depth decoder's target and where it counts
 

@@ -2,8 +2,6 @@
 
 #include <torch/serialize.h>
 
-#include <utility>
-
 namespace gatefield::training {
 namespace {
 

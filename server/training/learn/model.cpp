@@ -23,6 +23,7 @@ ModelImpl::ModelImpl(const Design& design) {
   }
   normal = register_module("normal", torch::nn::Linear(z, 6));
 }
+
 void lay_out(torch::nn::Module* module) {
   torch::NoGradGuard guard;
   for (auto& parameter : module->parameters()) {

@@ -3,13 +3,10 @@
 #include <torch/nn.h>
 #include <torch/types.h>
 
-#include <vector>
-
 #include "server/training/learn/designs.h"
 
 /// The networks (docs/training.md). Layer sizes stand here once; export.cpp writes the same graphs from the parameters'
-/// names. With losses, model, checkpoint and trainer.cpp the only place that
-/// includes libtorch. Thread-safe: no.
+/// names. With losses, model, checkpoint and trainer.cpp the only place that includes libtorch. Thread-safe: no.
 namespace gatefield::training {
 
 inline constexpr int kHyperHidden = 64;

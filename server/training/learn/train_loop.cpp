@@ -7,7 +7,6 @@
 #include <cinttypes>
 #include <cstdio>
 #include <fstream>
-#include <sstream>
 #include <vector>
 
 #include "common/base/progress_line.h"

@@ -117,6 +117,7 @@ TEST_F(Campaign, InterruptedAndGoneOnWithItIsTheSameAsInOneGo) {
   // Gone on with; its server is killed in the middle, and another takes its place.
   Process rest = race("rest.log", {"run", "smoke", "--out", out("parts").string(), "--workers", "1"});
   const pid_t again = child_of_ours("gatefield-race");
+  ASSERT_GT(again, 0);
   ASSERT_TRUE(eventually([&] { return results("parts").size() > flown || rest.wait(0s); }, 60s)) << rest.output();
   if (results("parts").size() < 6)
     for (const pid_t server : servers_of(again)) ::kill(server, SIGKILL);

@@ -7,7 +7,6 @@
 #include <condition_variable>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
-#include <fstream>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -22,6 +21,7 @@
 #include "tests/integration/dds/raw_type.h"
 #include "tests/support/dds_domain.h"
 #include "tests/support/messages.h"
+#include "tests/support/wire_bytes.h"
 #include "tests/unit/server/service/fakes.h"
 
 namespace gatefield::dds {
@@ -51,21 +51,6 @@ class ReplyOfVersion1 final : public WireType<wire::SessionReplyPubSubType> {
     }
   }
 };
-
-std::vector<std::uint8_t> request_of_version_1() {
-  std::ifstream file(std::string(GATEFIELD_SOURCE_DIR) + "/tests/data/wire/session_request_version_1.hex");
-  EXPECT_TRUE(file.good());
-  std::vector<std::uint8_t> bytes;
-  std::string digits;
-  for (char c = 0; file.get(c);) {
-    if (std::isspace(static_cast<unsigned char>(c))) continue;
-    digits.push_back(c);
-    if (digits.size() < 2) continue;
-    bytes.push_back(static_cast<std::uint8_t>(std::stoi(digits, nullptr, 16)));
-    digits.clear();
-  }
-  return bytes;
-}
 
 /// The service with stand-ins for planner and sensor, joined to the wire as gatefield-server does it.
 class Refusals : public ::testing::Test {
@@ -123,7 +108,7 @@ TEST_F(Refusals, AClientOfVersion1IsToldInItsOwnVersion) {
   auto* const publisher = client->raw()->create_publisher(PUBLISHER_QOS_DEFAULT);
   auto* const writer = publisher->create_datawriter(topic, writer_qos(Topic::kSessionRequest, {}));
   ASSERT_NE(writer, nullptr);
-  Raw::bytes = request_of_version_1();
+  Raw::bytes = test::wire_bytes("session_request_version_1");
   wire::SessionRequest key;
   key.vehicle() = "drone";
   ASSERT_TRUE(writer->write(&key));

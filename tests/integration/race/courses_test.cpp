@@ -1,5 +1,4 @@
-// Courses that no shipped scenario has: one gate passed several times, and heights far from the world's zero. One lockstep
-// race each, with the learned field.
+// One gate passed several times, and heights far from the world's zero. One lockstep race each, with the learned field.
 
 #include <gtest/gtest.h>
 

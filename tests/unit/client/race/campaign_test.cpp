@@ -126,8 +126,24 @@ TEST(Campaign, WhatIsWrongInTheScenariosOwnFilesIsToldWhereTheyAreNamed) {
  vehicle: "bad.txt" })"));
   ASSERT_FALSE(campaign.ok());
   EXPECT_THAT(campaign.error(), HasSubstr("c.txt:3: cell 'a': "));
-  EXPECT_THAT(campaign.error(), HasSubstr("bad.txt: vehicle.mass_kg is -1"));
-  EXPECT_EQ(campaign.failure().field, "vehicle.mass_kg");
+  EXPECT_THAT(campaign.error(), HasSubstr("bad.txt: quadrotor.mass_kg is -1"));
+  EXPECT_EQ(campaign.failure().field, "quadrotor.mass_kg");
+}
+
+TEST(Campaign, AFieldOfTheCourseIsNotTakenForTheCellsOfThatName) {
+  const Folder folder;
+  std::string course = read_file(config::find_config("courses", "circle").value()).value();
+  course.replace(course.find("laps: 3"), 7, "laps: 0");
+  folder.put("bad.txt", course);
+  const auto campaign = load_campaign(folder.put("c.txt", R"(cell {
+ name: "a" vehicle: "racer" speed_m_s: 6 seeds { first: 1 last: 2 }
+ course: "bad.txt"
+ laps: 2 })"));
+  ASSERT_FALSE(campaign.ok());
+  EXPECT_THAT(campaign.error(), HasSubstr("c.txt:3: cell 'a': "));
+  EXPECT_THAT(campaign.error(), HasSubstr("bad.txt: laps is 0"));
+  EXPECT_EQ(campaign.failure().code, ErrorCode::kInvalid);
+  EXPECT_EQ(campaign.failure().field, "laps");
 }
 
 TEST(Campaign, WhatWasTakenOtherwiseThanWrittenIsNotedOnce) {
@@ -224,7 +240,7 @@ TEST(Campaign, ASavedOneReadsBackTheSameInAnotherPlace) {
 }
 
 TEST(Campaign, TheOnesThatShipAreGood) {
-  for (const char* name : {"paper", "rates", "smoke"}) {
+  for (const char* name : {"paper", "rates", "readme", "smoke"}) {
     const auto campaign = load_campaign(config::find_config("campaigns", name).value());
     ASSERT_TRUE(campaign.ok()) << campaign.error();
     for (const Cell& cell : campaign->cells) {

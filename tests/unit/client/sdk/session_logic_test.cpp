@@ -76,14 +76,14 @@ TEST(SessionLogic, ARefusalIsFinal) {
 
 TEST(SessionLogic, ARefusalSaysWhichFieldWasWrong) {
   SessionLogic logic(7);
-  auto reply = refuse(7, "vehicle.mass_kg is 0, expected more than 0 kg");
-  reply.field = "vehicle.mass_kg";
+  auto reply = refuse(7, "quadrotor.mass_kg is 0, expected more than 0 kg");
+  reply.field = "quadrotor.mass_kg";
   reply.value = "0";
   reply.expected = "more than 0 kg";
   logic.on_reply(reply, 0s);
   ASSERT_TRUE(logic.refusal().has_value());
   EXPECT_EQ(logic.refusal()->message, reply.reason);
-  EXPECT_EQ(logic.refusal()->field, "vehicle.mass_kg");
+  EXPECT_EQ(logic.refusal()->field, "quadrotor.mass_kg");
   EXPECT_EQ(logic.refusal()->value, "0");
   EXPECT_EQ(logic.refusal()->expected, "more than 0 kg");
 }

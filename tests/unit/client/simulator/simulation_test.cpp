@@ -404,6 +404,7 @@ TEST(SimulationOptions, NonsenseIsRefused) {
   options = {};
   options.link_jitter = std::chrono::seconds(2);
   EXPECT_THAT(validate(options).error(), HasSubstr("jitter is 2000"));
+  EXPECT_EQ(validate(options).failure().field, "link_jitter");
   options = {};
   options.state_rate_hz = 5;
   EXPECT_THAT(validate(options).error(), HasSubstr("10 to 1000 Hz"));

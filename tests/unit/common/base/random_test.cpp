@@ -82,8 +82,10 @@ TEST(Random, ChanceOfZeroAndOneAreCertain) {
 constexpr Stream kNames[] = {
     Stream("gatefield.perturbation"),  Stream("gatefield.sensor_noise"),
     Stream("gatefield.state_noise"),   Stream("gatefield.link"),
-    Stream("gatefield.rollouts"),      Stream("gatefield.rollouts "),
-    Stream("gatefield.perturbation1"), Stream(""),
+    Stream("gatefield.rollouts"),      Stream("gatefield.texture"),
+    Stream("gatefield.ransac"),        Stream("gatefield.model_trial"),
+    Stream("gatefield.rollouts "),     Stream(""),
+    Stream("gatefield.perturbation1"),
 };
 
 TEST(Stream, TwoNamesNeverShareAKey) {

@@ -32,6 +32,7 @@ TEST(Text, SaysTimesAsAClockDoes) {
   EXPECT_EQ(clock_text(59.6), "1:00");
   EXPECT_EQ(clock_text(-3), "0:00");
   EXPECT_EQ(clock_text(kNan), "0:00");
+  EXPECT_EQ(clock_text(1e300), clock_text(1e15)) << "what fits no integer";
 }
 
 TEST(Text, WritesBitsAsSixteenDigits) { EXPECT_EQ(hex(0xabcu), "0000000000000abc"); }

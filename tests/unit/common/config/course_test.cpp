@@ -20,6 +20,8 @@ std::string error_with(const std::string& from, const std::string& to) {
   const auto track = load_track(file.path());
   if (track) return "accepted";
   EXPECT_THAT(track.error(), HasSubstr("mine.txt:"));
+  EXPECT_EQ(track.failure().code, ErrorCode::kInvalid) << track.error();
+  EXPECT_FALSE(track.failure().field.empty()) << track.error();
   return track.error();
 }
 

@@ -53,9 +53,9 @@ TEST(VehicleFile, TheRacerIsTheVehicleOfTheDefaults) {
 }
 
 TEST(VehicleFile, ImpossibleValuesNameFieldValueAndRange) {
-  EXPECT_THAT(error_with("mass_kg: 0.83", "mass_kg: -1"), HasSubstr("vehicle.mass_kg is -1, expected more than 0"));
-  EXPECT_THAT(error_with("mass_kg: 0.83", "mass_kg: nan"), HasSubstr("vehicle.mass_kg is nan"));
-  EXPECT_THAT(error_with("thrust_max_n: 10", "thrust_max_n: 1"), HasSubstr("vehicle.thrust_max_n is 1, "));
+  EXPECT_THAT(error_with("mass_kg: 0.83", "mass_kg: -1"), HasSubstr("quadrotor.mass_kg is -1, expected more than 0"));
+  EXPECT_THAT(error_with("mass_kg: 0.83", "mass_kg: nan"), HasSubstr("quadrotor.mass_kg is nan"));
+  EXPECT_THAT(error_with("thrust_max_n: 10", "thrust_max_n: 1"), HasSubstr("quadrotor.thrust_max_n is 1, "));
   EXPECT_THAT(error_with("torque_sign:  1", "torque_sign:  0"), HasSubstr("expected +1 or -1"));
   EXPECT_THAT(error_with("rate_hz: 60", "rate_hz: 0"), HasSubstr("camera.rate_hz is 0"));
   EXPECT_THAT(error_with("horizontal_fov_deg: 87", "horizontal_fov_deg: 190"),
@@ -130,9 +130,9 @@ TEST(VehicleFile, AMomentOfInertiaThatIsRoundedUpIsMendedAndSaid) {
 TEST(VehicleFile, AMomentOfInertiaThatNoBodyHasIsRefusedWithTheRule) {
   const auto vehicle = load(crazyflie("3.5e-5"));
   ASSERT_FALSE(vehicle.ok());
-  EXPECT_EQ(vehicle.failure().field, "vehicle.inertia_kg_m2[2]");
+  EXPECT_EQ(vehicle.failure().field, "quadrotor.inertia_kg_m2[2]");
   EXPECT_EQ(vehicle.failure().code, ErrorCode::kInvalid);
-  EXPECT_THAT(vehicle.error(), HasSubstr("mine.txt: vehicle.inertia_kg_m2[2] is 3.5e-05, expected at most 2.86e-05"));
+  EXPECT_THAT(vehicle.error(), HasSubstr("mine.txt: quadrotor.inertia_kg_m2[2] is 3.5e-05, expected at most 2.86e-05"));
   EXPECT_THAT(vehicle.error(), HasSubstr("triangle rule"));
 }
 
@@ -180,8 +180,8 @@ quadrotor { mass_kg: 0.752 inertia_kg_m2 { xx: 0.0025 yy: 0.0021 zz: 0.0043 }
   drag_kg_s { x: 0.2 y: 0.2 z: 0.2 } collision_radius_m: 0.15 })") +
                             kCamera);
   ASSERT_FALSE(vehicle.ok());
-  EXPECT_EQ(vehicle.failure().field, "vehicle.rotor_spin");
-  EXPECT_THAT(vehicle.error(), HasSubstr("vehicle.rotor_spin is (1, 1, 1, 1), expected spins that make yaw"));
+  EXPECT_EQ(vehicle.failure().field, "quadrotor.rotor_spin");
+  EXPECT_THAT(vehicle.error(), HasSubstr("quadrotor.rotor_spin is (1, 1, 1, 1), expected spins that make yaw"));
 }
 
 TEST(VehicleFile, TheIntrinsicsOfALargerImageAreRefused) {
@@ -199,7 +199,7 @@ camera { width_px: 160 height_px: 120 fx_px: 382.5 fy_px: 382.5 cx_px: 320 cy_px
 }
 
 TEST(VehicleFile, DragThatNoStepCanFollowIsRefused) {
-  EXPECT_THAT(error_with("z: 0.25", "z: 100"), HasSubstr("vehicle.drag_kg_s[2] is 100, expected 0 to 4.15 kg/s"));
+  EXPECT_THAT(error_with("z: 0.25", "z: 100"), HasSubstr("quadrotor.drag_kg_s[2] is 100, expected 0 to 4.15 kg/s"));
   EXPECT_EQ(error_with("z: 0.25", "z: 4.1"), "accepted");
 }
 
@@ -249,7 +249,7 @@ TEST(VehicleFile, LimitsOfBodyRatesAreReadAndChecked) {
       replaced(racer(), "collision_radius_m: 0.13", "collision_radius_m: 0.13 body_rate_max_rad_s { x: 9 y: 8 z: 3 }"));
   EXPECT_EQ(vehicle.quadrotor.body_rate_max_rad_s, Eigen::Vector3d(9, 8, 3));
   EXPECT_THAT(error_with("collision_radius_m: 0.13", "collision_radius_m: 0.13 body_rate_max_rad_s { x: -1 }"),
-              HasSubstr("vehicle.body_rate_max_rad_s"));
+              HasSubstr("quadrotor.body_rate_max_rad_s"));
 }
 
 TEST(VehicleFile, TheShippedOnesBehindARateLoopAreThoseWithoutInAllElse) {

@@ -32,6 +32,11 @@ void expect_refused(const Message& good, const std::vector<Spoiled<Message>>& ca
     ASSERT_FALSE(verdict.ok()) << spoiled.name << " was let through";
     EXPECT_NE(verdict.error().find(spoiled.names), std::string::npos) << spoiled.name << ": " << verdict.error();
     EXPECT_NE(verdict.error().find("expected"), std::string::npos) << spoiled.name << ": " << verdict.error();
+    // What programs decide by: the path of the field alone, whatever words stand around it.
+    const Error& failure = verdict.failure();
+    EXPECT_NE(failure.code, ErrorCode::kOther) << spoiled.name;
+    EXPECT_TRUE(!failure.field.empty() && failure.field.find_first_of(" ()") == std::string::npos)
+        << spoiled.name << ": " << failure.field;
   }
 }
 
@@ -238,6 +243,7 @@ TEST(ValidateCommand, RefusesEveryBadFieldByName) {
           {"sequence", [](C* c) { c->sequence = 0; }, "sequence is 0"},
           {"answers", [](C* c) { c->answers_sequence = 0; }, "answers_sequence is 0"},
           {"start", [](C* c) { c->plan_start = Stamp(-1); }, "plan_start is"},
+          {"start without end", [](C* c) { c->plan_start = Stamp::max(); }, "plan_start is"},
           {"step short", [](C* c) { c->plan_step = Stamp(999'999); }, "plan_step is"},
           {"step long", [](C* c) { c->plan_step = Stamp(200'000'001); }, "plan_step is"},
           {"validity", [](C* c) { c->validity = Stamp(10'000'000'001); }, "validity is"},
@@ -256,11 +262,15 @@ TEST(ValidateCommand, RefusesEveryBadFieldByName) {
           {"target", [](C* c) { c->health.target_waypoint = 65; }, "health.target_waypoint is 65"},
           {"isa open", [](C* c) { c->isa.fill('x'); }, "isa is"},
       });
+  C bad_step = test::good_command();
+  bad_step.rotor_thrust_n[3][1] = kInfinity;
+  EXPECT_EQ(validate(bad_step).failure().field, "plan[3].rotor_thrust_n");
   expect_accepted<C>(test::good_command(), {
                                                // What lies past the steps is not looked at.
                                                [](C* c) { c->thrust_rate_n_s[20][0] = kNan; },
                                                [](C* c) { c->health.latent_age_s = -1; },
                                                [](C* c) { c->validity = Stamp(0); },
+                                               [](C* c) { c->plan_start = Stamp::max() / 2; },
                                                [](C* c) { c->steps = 64; },
                                            });
 }

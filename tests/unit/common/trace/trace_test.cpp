@@ -70,7 +70,11 @@ TEST_F(TraceFile, AnUnfinishedLineIsNotThereAndAWrongOneIsNamed) {
   const auto cut = read_back(line + line.substr(0, 20));
   ASSERT_TRUE(cut.ok()) << cut.error();
   EXPECT_EQ(cut->size(), 1u);
-  for (const std::string wrong : {"step 1 2\n", "rollout 1 2 3\n", "what\n", "step a b c\n", "\n"}) {
+  const std::string zeros = " 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0\n";
+  for (const std::string& wrong :
+       {std::string("step 1 2\n"), std::string("rollout 1 2 3\n"), std::string("what\n"), std::string("step a b c\n"),
+        std::string("\n"), "step 1e300 0" + zeros, "step nan 0" + zeros, "step -1 0" + zeros, "step 1 -1" + zeros,
+        "step 1 1e300" + zeros}) {
     const auto bad = read_back(line + wrong);
     ASSERT_FALSE(bad.ok()) << wrong;
     EXPECT_THAT(bad.error(), HasSubstr(":2:"));

@@ -271,7 +271,7 @@ TEST(ValidateQuadrotor, FailuresCarryFieldValueAndRange) {
   const Status status = validate(model);
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.failure().code, ErrorCode::kInvalid);
-  EXPECT_EQ(status.failure().field, "vehicle.drag_kg_s[2]");
+  EXPECT_EQ(status.failure().field, "quadrotor.drag_kg_s[2]");
   EXPECT_EQ(status.failure().value, "100");
   EXPECT_THAT(status.failure().expected, HasSubstr("0 to 4.15 kg/s"));
 }
@@ -318,7 +318,7 @@ TEST_P(ValidateQuadrotorField, IsNamedWithWhatWasExpected) {
   GetParam().spoil(model);
   const Status status = validate(model);
   ASSERT_FALSE(status.ok());
-  EXPECT_THAT(status.error(), HasSubstr("vehicle." + GetParam().field + " is "));
+  EXPECT_THAT(status.error(), HasSubstr("quadrotor." + GetParam().field + " is "));
   EXPECT_THAT(status.error(), HasSubstr(", expected "));
 }
 

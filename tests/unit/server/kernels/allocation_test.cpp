@@ -1,37 +1,11 @@
-// The control step must not allocate: this program counts every call of operator new.
-
-#include <atomic>
-#include <cstdlib>
-#include <new>
+// The control step must not allocate.
 
 #include "server/kernels/average/average.h"
 #include "server/kernels/decoder/decoder.h"
 #include "server/kernels/noise/noise.h"
 #include "server/kernels/rollout/rollout.h"
+#include "tests/support/allocation_trap.h"
 #include "tests/unit/server/kernels/every_backend.h"
-
-namespace {
-
-std::atomic<int> allocations{0};
-
-void* counted(std::size_t size, std::size_t alignment) {
-  ++allocations;
-  // aligned_alloc wants a multiple of the alignment
-  void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace gatefield::kernels {
 namespace {
@@ -39,10 +13,10 @@ namespace {
 class AllocationTest : public EveryBackend {};
 
 TEST_P(AllocationTest, TheCounterCounts) {
-  const int before = allocations;
+  const test::AllocationTrap trap;
   std::vector<float> memory(10);
   EXPECT_EQ(memory.size(), 10u);
-  EXPECT_GT(allocations, before);
+  EXPECT_GT(trap.count(), 0u);
 }
 
 TEST_P(AllocationTest, NoKernelAllocates) {
@@ -71,7 +45,7 @@ TEST_P(AllocationTest, NoKernelAllocates) {
   how.low = {4.0, -9.0, -9.0, -6.0};
   how.high = {32.0, 9.0, 9.0, 6.0};
 
-  const int before = allocations;
+  const test::AllocationTrap trap;
   fold(prepared, latent, Eigen::Isometry3d::Identity(), &folded);
   copy = folded;
   copy.place(Eigen::Isometry3d::Identity());
@@ -82,7 +56,7 @@ TEST_P(AllocationTest, NoKernelAllocates) {
               sdf);
   backend().softmax_weights(cost, backend().temperature_for(cost, 10, 0.1, 10), weight);
   backend().accumulate_average(weight, inputs.block(), average.data());
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(trap.count(), 0u);
 }
 
 ON_EVERY_BACKEND(AllocationTest);

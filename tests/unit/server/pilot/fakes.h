@@ -214,7 +214,8 @@ inline protocol::DepthFrame depth_frame(const protocol::SessionRequest& request,
 
 /// One pilot on fakes, and the client's side of it.
 struct Bench {
-  explicit Bench(protocol::Timing timing = protocol::Timing::kRealTime, planner::Profile profile = small_profile()) {
+  explicit Bench(protocol::Timing timing = protocol::Timing::kRealTime,
+                 const planner::Profile& profile = small_profile()) {
     clock.set(1000s);
     PilotParts parts;
     parts.request = request = join_request("drone", 7, timing);
@@ -232,11 +233,13 @@ struct Bench {
   protocol::DepthFrame frame(Stamp stamp, std::uint16_t mm = 4000) {
     return depth_frame(request, kId, ++frame_sequence, stamp, mm);
   }
-  Intake::Outcome take(const protocol::VehicleState& sample) { return pilot->intake().take_state(sample, clock.now()); }
-  Intake::Outcome take(protocol::DepthFrame& sample) { return pilot->intake().take_depth(sample, clock.now()); }
-  bool look() { return pilot->looking().look(); }
-  bool saw(std::uint32_t waypoint) { return pilot->looking().sight().records().seen(waypoint); }
-  protocol::Telemetry telemetry() {
+  Intake::Outcome take(const protocol::VehicleState& sample) const {
+    return pilot->intake().take_state(sample, clock.now());
+  }
+  Intake::Outcome take(protocol::DepthFrame& sample) const { return pilot->intake().take_depth(sample, clock.now()); }
+  bool look() const { return pilot->looking().look(); }
+  bool saw(std::uint32_t waypoint) const { return pilot->looking().sight().records().seen(waypoint); }
+  protocol::Telemetry telemetry() const {
     protocol::Telemetry result;
     pilot->fill(clock.now(), &result);
     return result;

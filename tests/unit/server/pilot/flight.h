@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -79,7 +78,7 @@ class Flight {
   std::vector<Event> events_;
 };
 
-/// A command in full, every bit of it.
+/// A command in full, every bit of it but for its problems: the watches that find them are no part of a saved pilot.
 std::string text_of(const protocol::ThrustRateCommand& command);
 
 }  // namespace gatefield::pilot::testing

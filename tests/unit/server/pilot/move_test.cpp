@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "server/pilot/pilot_state.pb.h"
@@ -49,6 +53,8 @@ TEST_P(Move, ToAnotherProcessChangesNoBitOfTheCommands) {
       stem + ".out");
   ASSERT_EQ(other.wait(100s), 0) << other.output();
   EXPECT_EQ(other.output(), stayed);
+  std::filesystem::remove(stem + ".state");
+  std::filesystem::remove(stem + ".out");
 }
 
 TEST_P(Move, AgainAndAgainWithinARaceChangesNothing) {
@@ -129,6 +135,18 @@ TEST_F(SavedState, ThatIsDamagedIsRefused) {
   state_ = good;
   state_.mutable_stepping()->mutable_newest()->mutable_state()->set_p_wb(0, std::nan(""));
   EXPECT_EQ(refusal().field, "stepping.newest.state");
+  state_ = good;
+  state_.mutable_stepping()->mutable_newest()->mutable_state()->set_q_wb(0, 7.0);
+  EXPECT_EQ(refusal().field, "stepping.newest.state");
+  state_ = good;
+  state_.mutable_stepping()->mutable_inputs(0)->set_length(std::numeric_limits<std::int64_t>::max());
+  EXPECT_EQ(refusal().field, "stepping.inputs");
+  state_ = good;
+  state_.mutable_stepping()->mutable_solve()->set_value(std::nan(""));
+  EXPECT_EQ(refusal().field, "stepping.delay");
+  state_ = good;
+  state_.mutable_looking()->mutable_gates(0)->mutable_estimate()->set_center_variance_m2(-1.0);
+  EXPECT_EQ(refusal().field, "looking.gates.estimate.center_variance_m2");
   state_ = good;
   state_.mutable_looking()->set_target(64);
   EXPECT_EQ(refusal().field, "looking.target");

@@ -138,6 +138,16 @@ TEST(PilotRealTime, FallsSilentWithoutStatesAndReturnsWithThem) {
   EXPECT_EQ(again->health.state_age_s, 0.0);
 }
 
+TEST(PilotRealTime, ACommandThatTheTransportDidNotTakeIsTold) {
+  Bench bench;
+  bench.take(bench.state(50s));
+  ASSERT_NE(bench.pilot->stepping().step(bench.clock.now()).command, nullptr);
+  bench.pilot->stepping().sent(bench.clock.now(), false);
+  EXPECT_EQ(bench.telemetry().commands_sent, 0u);
+  EXPECT_THAT(bench.pilot->complaints().value_or(""), HasSubstr("1 times the transport took no command"));
+  EXPECT_FALSE(bench.pilot->complaints().has_value());
+}
+
 TEST(PilotInput, ABadStateIsCountedAndLeftOut) {
   Bench bench;
   bench.take(bench.state(50s));
@@ -281,7 +291,7 @@ TEST(PilotDepth, AFrameWithoutAPoseIsDroppedWithItsReason) {
   auto early = bench.frame(49s);
   bench.take(early);
   bench.look();
-  EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("no state came yet"));
+  EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("has no pose: no state came yet"));
   EXPECT_EQ(bench.pilot->last_note()->code, ErrorCode::kFrame);
 
   bench.take(bench.state(50s));

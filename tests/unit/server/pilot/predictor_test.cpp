@@ -159,6 +159,14 @@ TEST(DelayEstimate, StaysWithinItsBounds) {
   EXPECT_EQ(odd.network(), 0ns);
 }
 
+TEST(DelayEstimate, OneBrokenMeasurementIsForgottenWithinAFifthOfASecond) {
+  DelayEstimate delay;
+  for (int i = 0; i < 100; ++i) delay.round_trip(28ms);
+  delay.round_trip(60s);                                // the longest that a state may tell
+  for (int i = 0; i < 10; ++i) delay.round_trip(28ms);  // at 50 Hz
+  EXPECT_LT(delay.network(), 60ms);
+}
+
 TEST(DelayEstimate, AllowsForSolveTimesThatVary) {
   DelayEstimate delay;
   for (int i = 0; i < 200; ++i) delay.solve(i % 2 ? 4ms : 8ms);

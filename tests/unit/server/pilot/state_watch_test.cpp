@@ -149,6 +149,19 @@ TEST(StateWatch, KnowsAVelocityInTheBodyFrame) {
   EXPECT_TRUE(has(seen.ever, Problem::kVelocityLooksBodyFrame));
 }
 
+TEST(StateWatch, KnowsRatesInTheWorldFrame) {
+  const Seen seen = watch(
+      [](const QuadrotorState& s) {
+        QuadrotorState world = s;
+        world.w_WB_B = s.q_WB * s.w_WB_B;
+        return world;
+      },
+      3.0);
+  EXPECT_TRUE(has(seen.ever, Problem::kRatesAgainstAttitude));
+  EXPECT_TRUE(has(seen.ever, Problem::kRatesLookWorldFrame));
+  EXPECT_FALSE(has(seen.ever, Problem::kVelocityAgainstMotion));
+}
+
 TEST(StateWatch, KnowsRotorsInAnotherOrder) {
   QuadrotorModel told;
   std::swap(told.rotor_position_B_m[0], told.rotor_position_B_m[1]);

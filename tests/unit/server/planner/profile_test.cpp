@@ -1,9 +1,11 @@
 #include "server/planner/profile.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <set>
 
 #include "server/planner/profile_file.h"

@@ -127,7 +127,7 @@ TEST_F(ShortListTest, ThoseThatCrossThePlaneComeLast) {
   EXPECT_EQ(changes, 1);
 }
 
-TEST(RolloutCosts, ATermThatMayLookAtTheFieldAnyHowBoundsNothing) {
+TEST(RolloutCosts, WantFieldsForTheTermsThatLookAtThemAndAreBoundedBelow) {
   EXPECT_TRUE(RolloutCosts(Profile{}).bounded_below());
   EXPECT_TRUE(RolloutCosts(Profile{}).want_fields());
   Profile blind;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -19,9 +20,13 @@ using namespace pilot::testing;
 class FakeTransport final : public Transport {
  public:
   void send(const protocol::SessionReply& reply) override {
-    const std::lock_guard lock(mutex_);
-    replies_.push_back(reply);
+    {
+      const std::lock_guard lock(mutex_);
+      replies_.push_back(reply);
+    }
+    if (answered) answered(reply);
   }
+  std::function<void(const protocol::SessionReply&)> answered;  ///< called after each reply; set before any is sent
   bool send(const protocol::ThrustRateCommand& command) noexcept override {
     const std::lock_guard lock(mutex_);
     commands_.push_back(command);

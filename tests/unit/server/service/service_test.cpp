@@ -117,8 +117,8 @@ TEST_F(ServiceTest, RefusalsNameFieldValueAndExpectation) {
   const std::vector<Case> cases{
       {[](auto& r) { r.version = 1; }, "version", "1", "2 (the protocol version", ErrorCode::kVersion},
       {[](auto& r) { r.profile = "drift"; }, "profile", "\"drift\"", "paper, race", ErrorCode::kUnknownName},
-      {[](auto& r) { r.quadrotor.mass_kg = 0; }, "vehicle.mass_kg", "0", ""},
-      {[](auto& r) { r.quadrotor.thrust_max_n = 1.5; }, "vehicle.thrust_max_n", "1.5", "weight"},
+      {[](auto& r) { r.quadrotor.mass_kg = 0; }, "quadrotor.mass_kg", "0", ""},
+      {[](auto& r) { r.quadrotor.thrust_max_n = 1.5; }, "quadrotor.thrust_max_n", "1.5", "weight"},
       {[](auto& r) { r.course.waypoints.clear(); }, "course.waypoints", "0 long", "1 to 64"},
       {[](auto& r) { r.camera.width_px = 4; }, "camera.width_px", "4", "16"},
       {[](auto& r) {
@@ -350,6 +350,23 @@ TEST_F(ServiceTest, AFloodOfRequestsIsBounded) {
   }
   service_->housekeep();
   EXPECT_LE(transport_.replies().size(), 256u);
+}
+
+TEST_F(ServiceTest, RequestsWithoutEndLeaveTheRestOfHousekeepingItsTurn) {
+  const auto session = ask(join_request("a", 1));
+  auto refused = join_request("b", 2);
+  refused.profile = "drift";
+  int asked = 0;
+  transport_.answered = [&](const protocol::SessionReply&) {
+    if (++asked < 1000) service_->on_request(refused);  // whoever is refused asks again at once
+  };
+  service_->on_request(refused);
+  send_state(session, 1);
+  clock_.advance(600ms);
+  const std::size_t before = transport_.telemetries().size();
+  service_->housekeep();
+  EXPECT_EQ(asked, 1);
+  EXPECT_GT(transport_.telemetries().size(), before);
 }
 
 }  // namespace

@@ -105,6 +105,16 @@ TEST_F(ServiceThreadsTest, TwoProducersWhileOneControls) {
   EXPECT_EQ(transport_.command_count(), at_stop);
 }
 
+TEST_F(ServiceThreadsTest, TheFirstStateIsAnsweredHoweverSoonItComes) {
+  transport_.answered = [this](const protocol::SessionReply& reply) {
+    if (reply.accepted) service_->on_state(testing::hover_state(reply.vehicle, reply.session, 1, 50s));
+  };
+  service_->start();
+  join(testing::join_request("drone", 1, protocol::Timing::kLockstep));
+  EXPECT_TRUE(eventually([&] { return transport_.command_count() == 1; }, 5s)) << "nobody was woken";
+  service_->stop();
+}
+
 TEST_F(ServiceThreadsTest, LockstepClientsSideBySideEachGetOneAnswerPerState) {
   service_->start();
   std::vector<std::thread> clients;

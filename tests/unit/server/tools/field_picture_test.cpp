@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "server/gates/analytic_field.h"
+
 namespace gatefield::tools {
 namespace {
 
@@ -29,7 +31,7 @@ TEST(Map, ShowsTheHourglassWhereItIs) {
   plane.X_WM.translation() = Vector3d(10.0, 0.0, 1.0);
   Isometry3d X_WG = Isometry3d::Identity();
   X_WG.translation() = Vector3d(10.5, 0.0, 1.0);
-  const std::vector<float> values = map_values(plane, TrueField(GateShape{}, X_WG));
+  const std::vector<float> values = map_values(plane, gates::AnalyticField(X_WG));
   // The opening's plane x = 10.5 lies a quarter of the width right of the middle; it is 1 m, 100 pixels, high.
   const auto at = [&](int row, int column) { return values[static_cast<std::size_t>(row * 400 + column)]; };
   EXPECT_NEAR(at(199, 250), 0.5f, 0.02f);

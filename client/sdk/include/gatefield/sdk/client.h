@@ -58,7 +58,7 @@ struct LinkStatistics {
   std::uint64_t reconnects = 0;   ///< sessions adopted after the first
   double round_trip_p50_s = 0.0;  ///< state sent to command received, by the client's clock; of the last 4096
   double round_trip_p99_s = 0.0;
-  double solve_p50_s = 0.0;
+  double solve_p50_s = 0.0;  ///< the server's step that made the plan, as it says; of the last 4096
   double solve_p99_s = 0.0;
 };
 
@@ -71,14 +71,16 @@ struct ProblemChange {
 
 /// The thin client: joins a session, sends state and depth, holds the newest plan, plays it out, and falls back by
 /// itself when the plan runs dry (level out, hold height, then descend). A server that dies and returns is joined again
-/// without a call. Thread-safe: all but play(), which one thread at a time may call, beside the others. Real-time
-/// safe: play() yes; problems(), problem_change() and newest() only wait for a copy that another thread makes; the
-/// others make system calls.
+/// without a call.
+/// Thread-safe: all but play(), which one thread at a time may call, beside the others.
+/// Real-time safe: play() yes; problems(), problem_change() and newest() only wait for a copy that another thread
+/// makes; statistics() and session() allocate; the others make system calls.
 class Client {
  public:
   /// Blocks until a server accepts, refuses or the timeout passes. A refusal is the error, as the server gave it (code,
-  /// field, value, expected, sentence); one that may pass (may_pass(code): the name is in use, the server is full) is asked again until the timeout.
-  /// Nobody answered: ErrorCode::kNoAnswer. Options that no server would take: ErrorCode::kInvalid, at once.
+  /// field, value, expected, sentence); one that may pass (may_pass(code): the name is in use, the server is full) is
+  /// asked again until the timeout. Nobody answered: ErrorCode::kNoAnswer. Options that no server would take:
+  /// ErrorCode::kInvalid, at once.
   static Result<std::unique_ptr<Client>> connect(const Options& options);
   virtual ~Client() = default;  ///< leaves the session
 

@@ -4,7 +4,7 @@
 
 #include "tests/unit/common/model/graph_answer.h"
 
-// What OpenCV can be asked about, tests/unit/server/perception/encoder_operators_test.cpp compares with it.
+// What OpenCV can be asked about, tests/unit/server/perception/learned/encoder_operators_test.cpp compares with it.
 
 namespace gatefield::model {
 namespace {

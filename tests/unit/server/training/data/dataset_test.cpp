@@ -235,8 +235,7 @@ TEST(DrawNoisy, EveryDrawDiffersAndEveryStreamRepeats) {
   EXPECT_EQ(first, again);
 }
 
-// --- Query points
-// -----------------------------------------------------------------------------------------------------
+// --- Query points ------------------------------------------------------------------------------------------------
 
 Eigen::Isometry3f some_pose() {
   Eigen::Isometry3f X_CG = Eigen::Isometry3f::Identity();

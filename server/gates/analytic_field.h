@@ -5,12 +5,12 @@
 #include "common/geometry/gate.h"
 #include "server/gates/field.h"
 
-namespace gatefield::planner {
+namespace gatefield::gates {
 
-/// The paper's Gate-SDF of a gate whose pose is known: what a perfect network would say. Tests and the baselines of
-/// server/baseline have it; gatefield-server makes none.
+/// The paper's Gate-SDF of a gate whose pose is known: what a perfect network would say. Tests, the baselines of
+/// server/baseline and pictures have it; gatefield-server makes none.
 /// Thread-safe: yes.   Real-time safe: yes.
-class AnalyticField final : public gates::Field {
+class AnalyticField final : public Field {
  public:
   explicit AnalyticField(const Eigen::Isometry3d& X_WG, const GateShape& shape = {},
                          double cone_angle_rad = kGuideConeAngle_rad)
@@ -29,4 +29,4 @@ class AnalyticField final : public gates::Field {
   double cone_angle_rad_;
 };
 
-}  // namespace gatefield::planner
+}  // namespace gatefield::gates
