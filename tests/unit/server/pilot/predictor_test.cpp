@@ -122,6 +122,36 @@ TEST(Predictor, AddsTheDisturbance) {
   EXPECT_NEAR(state.p_WB.z(), -0.01, 1e-3);
 }
 
+TEST(Predictor, ReplaysWhatAFlightControllerWasAskedFor) {
+  const Dynamics vehicle{.actuation = {Actuation::Kind::kBodyRates, 0.025, {0.04, 0.05, 0.1}}, .thrust_factor = 1.1};
+  const RateCommand first(12.0, 3.0, -2.0, 0.5), second(6.0, -3.0, 1.0, 0.0), hover = hover_command(vehicle.model);
+  InputTimeline inputs(hover);
+  inputs.add(0ms, 30ms, std::vector<PlainVector4>(20, first), 400ms);
+  inputs.add(45ms, 30ms, std::vector<PlainVector4>(1, second), 400ms);
+  EXPECT_EQ(inputs.at(44ms), first);
+  EXPECT_EQ(inputs.at(45ms), second);
+  EXPECT_EQ(inputs.at(75ms), hover) << "nothing was asked for beyond the plan";
+  EXPECT_TRUE(inputs.covers(0ms, 75ms));
+  EXPECT_FALSE(inputs.covers(-1ms, 75ms));
+  EXPECT_FALSE(inputs.covers(40ms, 76ms));
+
+  QuadrotorState truth;
+  truth.v_WB = {6, 1, 0};
+  truth.thrust_n = hover_thrust_n(vehicle.model);
+  QuadrotorState predicted = truth, thrust = truth;
+  for (int ms = 0; ms < 100; ++ms) {
+    const RateCommand& asked = ms < 45 ? first : ms < 75 ? second : hover;
+    truth = step_body_rates(vehicle.model, vehicle.actuation, truth, asked, asked, 1e-3, vehicle.thrust_factor);
+  }
+  predict(vehicle, inputs, 0ms, 100ms, Eigen::Vector3d::Zero(), &predicted);
+  predict_rotors(vehicle, inputs, 0ms, 100ms, &thrust);
+  EXPECT_LT((predicted.p_WB - truth.p_WB).norm(), 1e-3);
+  EXPECT_LT((predicted.v_WB - truth.v_WB).norm(), 1e-2);
+  EXPECT_LT((predicted.w_WB_B - truth.w_WB_B).norm(), 1e-9);
+  EXPECT_NEAR(predicted.thrust_n.sum(), truth.thrust_n.sum(), 1e-9);
+  EXPECT_NEAR(thrust.thrust_n.sum(), truth.thrust_n.sum(), 1e-9);
+}
+
 TEST(Predictor, ModelsRotorsThatCantBeMeasured) {
   const QuadrotorModel model;
   InputTimeline inputs;
