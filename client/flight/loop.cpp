@@ -65,7 +65,7 @@ class Loop {
 
   std::optional<TimedState> newest_state(Stamp now) noexcept {
     auto state = ports_.states->newest(now);
-    if (state && applied_ && ports_.actuator->accepts() != SetpointPart::kRotorThrustRates)
+    if (state && applied_ && ports_.actuator->accepts() == SetpointPart::kRotorThrusts)
       state->state.thrust_command_n = applied_->rotor_thrust_n;
     return state;
   }

@@ -57,9 +57,10 @@ enum class SetpointPart : std::uint8_t {
 class Actuator {
  public:
   virtual ~Actuator() = default;
-  /// What apply() reads of a setpoint. It stays the same. A vehicle that takes thrust rates integrates them, and its
-  /// states say the thrusts it has come to; for the others the loop fills in state.thrust_command_n with the thrusts of
-  /// the setpoint that was applied last.
+  /// What apply() reads of a setpoint. It stays the same, and fits the session's Actuation: collective thrust and body
+  /// rates for kBodyRates, one of the two others for kRotorThrusts. A vehicle that takes thrust rates integrates them,
+  /// and its states say the thrusts it has come to; for one that takes thrusts the loop fills in state.thrust_command_n
+  /// with those of the setpoint that was applied last; one that takes body rates needs none.
   virtual SetpointPart accepts() const noexcept = 0;
   /// How often apply() or hold() is called: the loop's period. It stays the same.
   virtual Stamp period() const noexcept = 0;

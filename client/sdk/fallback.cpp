@@ -10,10 +10,17 @@ constexpr double kMaxBrake_m_s2 = 5.0;  // 27 deg of tilt
 constexpr double kMaxClimb_m_s2 = 4.0;  // up and down
 constexpr double kMaxRate_rad_s = 6.0;  // asked for while levelling out
 constexpr double kThrustLag_s = 0.02;   // how fast the commanded thrust follows
+constexpr double kMixerShare = 0.1;     // of all thrust, what a flight controller's mixer needs to turn the vehicle
+
+// How fast the body rates follow, 1/s: by rotors through a torque that lags, or by a rate loop of its own lag.
+double rate_gain(const QuadrotorModel& model, const Actuation& actuation) {
+  if (actuation.kind == Actuation::Kind::kBodyRates) return 1.0 / actuation.rate_time_constant_s.head<2>().maxCoeff();
+  return 0.5 / model.rotor_time_constant_s;
+}
 
 }  // namespace
 
-Fallback::Fallback(const QuadrotorModel& model) : model_(model) {
+Fallback::Fallback(const QuadrotorModel& model, const Actuation& actuation) : model_(model), kind_(actuation.kind) {
   Eigen::Matrix4d wrench_from_thrust;
   for (Eigen::Index i = 0; i < kRotors; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -23,7 +30,7 @@ Fallback::Fallback(const QuadrotorModel& model) : model_(model) {
   // Least squares: a layout that cannot make some torque still gets the others.
   thrust_from_wrench_ = wrench_from_thrust.completeOrthogonalDecomposition().pseudoInverse();
 
-  rate_gain_s_ = std::min(20.0, 0.5 / model.rotor_time_constant_s);
+  rate_gain_s_ = std::min(20.0, rate_gain(model, actuation));
   attitude_gain_s_ = rate_gain_s_ / 3.5;
   velocity_gain_s_ = std::min(2.0, attitude_gain_s_ / 3);
   height_gain_s2_ = velocity_gain_s_ * velocity_gain_s_ / 4;  // critically damped
@@ -78,15 +85,20 @@ Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
     w_goal_B.x() = attitude_gain_s_ * angle;
   if (const double rate = w_goal_B.norm(); rate > kMaxRate_rad_s) w_goal_B *= kMaxRate_rad_s / rate;
 
+  // While the vehicle lies on its side or back, thrust pushes the wrong way: only as much as points up.
+  const double collective_n = std::max(0.0, f_W.dot(R_WB.col(2)));
+  return kind_ == Actuation::Kind::kBodyRates ? by_rates(collective_n, w_goal_B)
+                                              : by_rotors(state, collective_n, w_goal_B);
+}
+
+Setpoint Fallback::by_rotors(const QuadrotorState& state, double collective_n,
+                             const Eigen::Vector3d& w_goal_B) const noexcept {
   const Eigen::Vector3d& J = model_.inertia_kg_m2;
   const Eigen::Vector3d& w_B = state.w_WB_B;
   Eigen::Vector3d torque_B = J.cwiseProduct(rate_gain_s_ * (w_goal_B - w_B)) + w_B.cross(J.cwiseProduct(w_B));
   // Yaw has the least authority and matters least: it must not use up what roll and pitch need.
   const double yaw_limit = 0.2 * model_.torque_per_thrust_m * kRotors * model_.thrust_max_n;
   torque_B.z() = std::clamp(torque_B.z(), -yaw_limit, yaw_limit);
-
-  // While the vehicle lies on its side or back, thrust pushes the wrong way: only as much as points up.
-  const double collective_n = std::max(0.0, f_W.dot(R_WB.col(2)));
 
   Setpoint setpoint;
   setpoint.source = Setpoint::Source::kFallback;
@@ -96,6 +108,19 @@ Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
   setpoint.thrust_rate_n_s = ((setpoint.rotor_thrust_n - state.thrust_command_n) / kThrustLag_s)
                                  .cwiseMax(-model_.thrust_rate_max_n_s)
                                  .cwiseMin(model_.thrust_rate_max_n_s);
+  return setpoint;
+}
+
+Setpoint Fallback::by_rates(double collective_n, const Eigen::Vector3d& w_goal_B) const noexcept {
+  const double all_n = kRotors * model_.thrust_max_n;
+  Setpoint setpoint;
+  setpoint.source = Setpoint::Source::kFallback;
+  setpoint.collective_thrust_n =
+      std::min(std::max({collective_n, kMixerShare * all_n, kRotors * model_.thrust_min_n}), all_n);
+  setpoint.body_rates_rad_s = w_goal_B;
+  for (Eigen::Index i = 0; i < 3; ++i)
+    if (const double limit = model_.body_rate_max_rad_s[i]; limit > 0)
+      setpoint.body_rates_rad_s[i] = std::clamp(w_goal_B[i], -limit, limit);
   return setpoint;
 }
 

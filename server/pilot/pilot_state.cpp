@@ -172,18 +172,20 @@ void put(const Stepping::State& state, proto::Stepping* out) {
   out->set_first_stamp(state.first_stamp.count());
   // Nothing is predicted from before these any more.
   Stamp needed = std::min(state.newest.stamp, state.rotors_stamp);
-  if (state.disturbance.wanted()) needed = std::min(needed, state.measured_stamp);
+  if (state.measured_stamp >= Stamp{0}) needed = std::min(needed, state.measured_stamp);
   for (const InputTimeline::Piece& piece : state.inputs.pieces(needed)) {
     proto::Piece* const to = out->add_inputs();
     to->set_from(piece.from.count());
     to->set_length((piece.to - piece.from).count());
-    put(piece.rates, to->mutable_rates_n_s());
+    put(piece.input, to->mutable_rates_n_s());
   }
   put(state.delay.state().round_trip, out->mutable_round_trip());
   put(state.delay.state().residence, out->mutable_residence());
   put(state.delay.state().solve, out->mutable_solve());
   out->set_delay_known(state.delay_known);
   put(state.disturbance.acceleration_W_m_s2(), out->mutable_disturbance_w_m_s2());
+  out->set_thrust_factor(state.thrust_factor.state().factor);
+  out->set_thrust_observed(state.thrust_factor.state().observed.count());
   put(state.measured, out->mutable_measured());
   out->set_measured_stamp(state.measured_stamp.count());
   if (state.have_passed) put(state.passed, out->mutable_passed());
@@ -388,7 +390,7 @@ class Reader {
       pieces.emplace_back();
       pieces.back().from = Stamp{piece.from()};
       pieces.back().to = Stamp{piece.from()} + Stamp{piece.length()};
-      get(piece.rates_n_s(), &pieces.back().rates, "stepping.inputs.rates_n_s");
+      get(piece.rates_n_s(), &pieces.back().input, "stepping.inputs.rates_n_s");
     }
     if (!to->inputs.restore(pieces)) fail("stepping.inputs", "out of order", "pieces one after the other");
     const auto mean = [this](const proto::Mean& m) {
@@ -400,6 +402,7 @@ class Reader {
     Eigen::Vector3d disturbance_W = Eigen::Vector3d::Zero();
     get(from.disturbance_w_m_s2(), &disturbance_W, "stepping.disturbance_W_m_s2");
     to->disturbance.restore(disturbance_W);
+    to->thrust_factor.restore({from.thrust_factor(), Stamp{from.thrust_observed()}});
     get(from.measured(), &to->measured, "stepping.measured");
     to->measured_stamp = Stamp{from.measured_stamp()};
     to->have_passed = from.has_passed();
@@ -508,7 +511,8 @@ std::string Pilot::save() {
   put(stepping_.state(), stepping);
   put(stepping_.progress().state(), stepping->mutable_progress());
   const planner::WarmStart warm = stepping_.planner().warm_start();
-  for (const ThrustRates& rates : warm.mean) put(rates, stepping->mutable_mean_n_s());
+  for (const PlainVector4& input : warm.mean) put(input, stepping->mutable_mean_n_s());
+  put(warm.asked, stepping->mutable_asked());
   stepping->set_detour_side(warm.detour_side);
   if (const gates::Snapshot* const snapshot = stepping_.gates().snapshot()) {
     stepping->mutable_snapshot()->set_frame(snapshot->frame);
@@ -565,6 +569,7 @@ Status Pilot::restore(std::string_view bytes, std::chrono::nanoseconds clock_ahe
   reader.get(in.stepping().mean_n_s(), mean_n_s.size(), mean_n_s.data(), "stepping.mean_n_s");
   for (std::size_t k = 0; k < warm.mean.size(); ++k)
     warm.mean[k] = Eigen::Map<const Eigen::Vector4d>(mean_n_s.data() + k * kRotors);
+  reader.get(in.stepping().asked(), &warm.asked, "stepping.asked");
   warm.detour_side = in.stepping().detour_side();
   const proto::Snapshot& snapshot = in.stepping().snapshot();
   if (in.stepping().has_snapshot()) {

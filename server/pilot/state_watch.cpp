@@ -211,7 +211,7 @@ void StateWatch::look(Stamp now) noexcept {
   for (std::size_t i = 0; i < kMistakes.size(); ++i)
     tell(now, kMistakes[i].problem, contradicts && remains[i] == least && remains[i] < kExplains * told.sum());
 
-  tell(now, Problem::kRotorsLookSwapped, !standing && rotors_look_swapped(now));
+  tell(now, Problem::kRotorsLookSwapped, rotors_known_ && !standing && rotors_look_swapped(now));
 }
 
 bool StateWatch::rotors_look_swapped(Stamp now) const noexcept {

@@ -36,8 +36,10 @@ class StateWatch {
   static constexpr Stamp kStays = std::chrono::seconds(2);
   static constexpr int kEnough = 3;
 
+  /// @param rotors_known  states say each rotor's thrust; else only their sum means something, and torques are left out
   /// @pre validate(model).ok()
-  explicit StateWatch(const QuadrotorModel& model) noexcept : model_(model) {}
+  explicit StateWatch(const QuadrotorModel& model, bool rotors_known = true) noexcept
+      : model_(model), rotors_known_(rotors_known) {}
 
   /// Takes the next state. @param state  its rotors as measured, or as modelled by the caller
   /// @return what is wrong now. Stamps that don't rise begin anew.
@@ -57,6 +59,7 @@ class StateWatch {
   void tell(Stamp now, protocol::Problem problem, bool seen) noexcept;
 
   QuadrotorModel model_;
+  bool rotors_known_;
   std::array<Sample, kCapacity> ring_;
   std::size_t first_ = 0;
   std::size_t count_ = 0;

@@ -28,6 +28,7 @@ const Shipped& shipped();
 /// What a flight is unlike what the pilot was told.
 struct Conditions {
   QuadrotorModel plant;  ///< the vehicle as it is
+  Actuation actuation;   ///< how it is driven, told; by body rates its lags are as told
   Eigen::Vector3d wind_W_m_s = Eigen::Vector3d::Zero();
   Stamp each_way{0};  ///< lockstep: delay of the link
   double position_sigma_m = 0.0, velocity_sigma_m_s = 0.0, attitude_sigma_rad = 0.0, rate_sigma_rad_s = 0.0;

@@ -77,6 +77,25 @@ TEST_P(Move, AgainAndAgainWithinARaceChangesNothing) {
   EXPECT_EQ(moved, stayed);
 }
 
+TEST_P(Move, OfAVehicleThatIsFlownByRatesChangesNothingEither) {
+  testing::Conditions conditions;
+  conditions.actuation = {Actuation::Kind::kBodyRates, 0.025, {0.04, 0.04, 0.08}};
+  testing::Flight stays(GetParam(), conditions), moves(GetParam(), conditions);
+  const auto pilot = stays.make_pilot();
+  const std::vector<std::string> stayed = stays.fly(pilot.get(), 140);
+  EXPECT_GT(stays.target_waypoint(), 0u) << "there was a gate to pass";
+  auto mover = moves.make_pilot();
+  std::vector<std::string> moved = moves.fly(mover.get(), 70);
+  const std::string state = mover->save();
+  mover = moves.make_pilot();
+  ASSERT_TRUE(mover->restore(state)) << mover->restore(state).error();
+  EXPECT_EQ(mover->save(), state) << "all there is was taken over";
+  for (std::string& command : moves.fly(mover.get(), 70)) moved.push_back(std::move(command));
+  EXPECT_EQ(moved, stayed);
+  EXPECT_EQ(
+      stays.problems() & (bit(protocol::Problem::kRateLoopUnlikeTold) | bit(protocol::Problem::kThrustUnlikeTold)), 0u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Timings, Move, ::testing::Values(protocol::Timing::kLockstep, protocol::Timing::kRealTime),
                          [](const auto& timing) {
                            return timing.param == protocol::Timing::kLockstep ? "Lockstep" : "RealTime";
