@@ -1,0 +1,738 @@
+#include "client/flight/supervisor.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/base/random.h"
+#include "tests/support/allocation_trap.h"
+#include "tests/unit/client/flight/supervised_flight.h"
+
+namespace gatefield::flight {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// ---- every line of the table, from every phase it begins in -----------------------------------------------------------------
+
+struct Edge {
+  Phase from;
+  Cause cause;
+  Phase to;
+};
+
+std::vector<Edge> edges() {
+  std::vector<Edge> all;
+  for (const Transition& transition : transitions())
+    for (std::size_t i = 0; i < kPhases; ++i)
+      if (contains(transition.from, static_cast<Phase>(i)))
+        all.push_back({static_cast<Phase>(i), transition.cause, transition.to});
+  return all;
+}
+
+/// Makes the cause happen and nothing else, if time alone does not.
+void provoke(Cause cause, SupervisedFlight* flight) {
+  switch (cause) {
+    case Cause::kKillAsked:
+      flight->switches().kill = true;
+      return;
+    case Cause::kArmSwitchOff:
+      flight->switches().arm = false;
+      return;
+    case Cause::kTakenOver:
+      flight->switches().take_over = true;
+      return;
+    case Cause::kFirmwareFailsafe:
+      flight->controller().own_failsafe = true;
+      return;
+    case Cause::kMotorsOff:
+      flight->controller().armed = false;
+      return;
+    case Cause::kStateLost:
+      flight->states_come = false;
+      return;
+    case Cause::kStateWrong:
+      flight->observation().problems = protocol::bit(protocol::Problem::kVelocityAgainstMotion);
+      return;
+    case Cause::kFenceBroken:
+      flight->p_W.x() = 51;
+      return;
+    case Cause::kBatteryLow:
+      flight->controller().battery_v = 13.9;
+      return;
+    case Cause::kControllerSilent:
+      flight->controller_talks = false;
+      return;
+    case Cause::kPilotSilent:
+      flight->controller().pilot.reset();
+      return;
+    case Cause::kStopAsked:
+      flight->observation().stop_asked = true;
+      return;
+    case Cause::kRaceOver:
+      flight->observation().race_over = true;
+      return;
+    case Cause::kPlanLost:
+      flight->plan(false);
+      return;
+    case Cause::kPlanBack:
+    case Cause::kPlanSteady:
+      flight->plan(true);
+      return;
+    case Cause::kStopped:
+      flight->v_W.setZero();
+      return;
+    case Cause::kHeightReached:
+      flight->v_W = {0, 0, 0.6};
+      return;
+    case Cause::kDescentTimeOver:
+      flight->v_W = {0.3, 0, 0};  // neither down nor at rest
+      return;
+    case Cause::kTouchedDown:
+      flight->controller().on_ground = true;
+      return;
+    case Cause::kStateBack:
+      flight->states_come = true;
+      return;
+    case Cause::kGivenBack:
+      flight->switches().take_over = false;
+      return;
+    case Cause::kArmedByOthers:
+      flight->controller().armed = true;
+      return;
+    case Cause::kChecksPass:
+      flight->all_is_well();
+      return;
+    case Cause::kCheckFailed:
+      flight->observation().problems = protocol::bit(protocol::Problem::kDepthMissing);
+      return;
+    case Cause::kArmAsked:
+      flight->switches().arm = true;
+      return;
+    case Cause::kArmed:
+      flight->controller().armed = flight->controller().follows_us = true;
+      return;
+    case Cause::kReset:
+      flight->switches() = {};
+      flight->controller().armed = false;
+      return;
+    case Cause::kHandedOver:
+    case Cause::kBrakeTimeOver:
+    case Cause::kHoldTimeOver:
+    case Cause::kTakeOffTimeOver:
+    case Cause::kLevelTimeOver:
+    case Cause::kArmingTimeOver:
+    case Cause::kDisarmTimeOver:
+      return;  // time alone
+  }
+  FAIL() << "how is " << name(cause) << " provoked?";
+}
+
+class EveryTransition : public testing::TestWithParam<Edge> {};
+
+TEST_P(EveryTransition, HappensWhenItsCauseDoes) {
+  const auto [from, cause, to] = GetParam();
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(from));
+  provoke(cause, &flight);
+  ASSERT_TRUE(flight.change(2min)) << "stays " << name(from);
+  const Directive& directive = flight.supervisor.directive();
+  EXPECT_EQ(name(directive.from), name(from));
+  EXPECT_EQ(name(directive.cause), name(cause));
+  EXPECT_EQ(name(directive.phase), name(to));
+  EXPECT_EQ(directive.since, flight.now);
+}
+
+INSTANTIATE_TEST_SUITE_P(Supervisor, EveryTransition, testing::ValuesIn(edges()), [](const auto& edge) {
+  return std::string(name(edge.param.from)) + "__" + std::string(name(edge.param.cause));
+});
+
+TEST(Transitions, EveryPhaseAndEveryCauseHasALine) {
+  for (std::size_t i = 0; i < kCauses; ++i) {
+    const auto cause = static_cast<Cause>(i);
+    bool used = false;
+    for (const Transition& transition : transitions()) used = used || transition.cause == cause;
+    EXPECT_TRUE(used) << name(cause);
+    EXPECT_FALSE(sentence(cause).empty());
+  }
+  for (std::size_t i = 0; i < kPhases; ++i) {
+    const auto phase = static_cast<Phase>(i);
+    bool entered = false, left = false;
+    for (const Transition& transition : transitions()) {
+      entered = entered || transition.to == phase;
+      left = left || contains(transition.from, phase);
+    }
+    EXPECT_TRUE(entered && left) << name(phase);
+    EXPECT_FALSE(sentence(phase).empty());
+  }
+}
+
+TEST(Transitions, MotorsAreAskedForInTheAirAndWhileArmingOnly) {
+  for (std::size_t i = 0; i < kPhases; ++i) {
+    const auto phase = static_cast<Phase>(i);
+    EXPECT_EQ(wanted(phase) == Wanted::kArmed, contains(kInTheAir | Phase::kArming, phase)) << name(phase);
+  }
+  EXPECT_EQ(wanted(Phase::kYielded), Wanted::kReleased);
+  EXPECT_EQ(wanted(Phase::kKilled), Wanted::kKilled);
+}
+
+// ---- flights -----------------------------------------------------------------------------------------------------------------
+
+/// Steps until `goal` and says through what.
+std::vector<Phase> way_to(Phase goal, SupervisedFlight* flight, Stamp limit) {
+  std::vector<Phase> way;
+  for (const Stamp end = flight->now + limit; flight->now < end && flight->phase() != goal;)
+    if (flight->change(end - flight->now)) way.push_back(flight->phase());
+  return way;
+}
+
+TEST(Supervisor, AFlightFromSwitchToSwitch) {
+  SupervisedFlight flight;
+  flight.all_is_well();
+  flight.pass(2s);
+  EXPECT_EQ(flight.phase(), Phase::kReady);
+  flight.switches().arm = true;
+  flight.step();
+  EXPECT_EQ(flight.phase(), Phase::kArming);
+  flight.controller().armed = flight.controller().follows_us = true;
+  flight.step();
+  EXPECT_EQ(flight.phase(), Phase::kTakeOff);
+  flight.v_W = {0, 0, 0.6};
+  EXPECT_TRUE(flight.change(5s));
+  EXPECT_EQ(flight.phase(), Phase::kHolding);
+  flight.v_W.setZero();
+  EXPECT_THAT(way_to(Phase::kRacing, &flight, 5s), ElementsAre(Phase::kHandOver, Phase::kRacing));
+  flight.v_W = {2, 0, 0};
+  flight.pass(5s);
+  EXPECT_EQ(flight.phase(), Phase::kRacing);
+  flight.observation().race_over = true;
+  flight.step();
+  EXPECT_EQ(flight.phase(), Phase::kBraking);
+  flight.v_W.setZero();
+  EXPECT_THAT(way_to(Phase::kDescending, &flight, 2s), ElementsAre(Phase::kHolding, Phase::kDescending));
+  flight.v_W = {0, 0, -0.5};
+  flight.pass(2s);
+  flight.v_W.setZero();  // on the ground
+  EXPECT_TRUE(flight.change(2s));
+  EXPECT_EQ(flight.phase(), Phase::kLanded);
+  flight.controller().armed = false;
+  EXPECT_TRUE(flight.change(1s));
+  EXPECT_EQ(flight.phase(), Phase::kDisarmed);
+}
+
+TEST(Supervisor, ASwitchThatIsOnFromTheBeginningArmsNothing) {
+  SupervisedFlight flight;
+  flight.switches().arm = true;
+  flight.all_is_well();
+  flight.pass(10s);
+  EXPECT_EQ(flight.phase(), Phase::kDisarmed);
+  EXPECT_EQ(flight.supervisor.directive().failing, bit(Check::kArmSwitchOff));
+  flight.switches().arm = false;
+  flight.pass(1s);
+  EXPECT_EQ(flight.phase(), Phase::kReady);
+  flight.switches().arm = true;
+  flight.step();
+  EXPECT_EQ(flight.phase(), Phase::kArming);
+}
+
+TEST(Supervisor, ASwitchLeftOnAfterALandingArmsNothing) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kLanded));
+  flight.controller().armed = false;
+  flight.all_is_well();
+  flight.pass(10s);
+  EXPECT_EQ(flight.phase(), Phase::kDisarmed);
+}
+
+TEST(Supervisor, ArmsByItselfOnceIfToldTo) {
+  SupervisorOptions options = SupervisedFlight::usual();
+  options.arm_by = ArmBy::kItself;
+  options.needs_pilot = false;
+  SupervisedFlight flight(options);
+  flight.controller().pilot.reset();
+  flight.pass(2s);
+  EXPECT_EQ(flight.phase(), Phase::kDisarmed) << "not before the checks pass";
+  flight.all_is_well();
+  flight.pass(1s);
+  EXPECT_EQ(flight.phase(), Phase::kArming);
+  flight.controller().armed = flight.controller().follows_us = true;
+  flight.step();
+  flight.observation().stop_asked = true;
+  flight.step();
+  flight.controller().on_ground = true;
+  EXPECT_THAT(way_to(Phase::kLanded, &flight, 10s), ElementsAre(Phase::kHolding, Phase::kDescending, Phase::kLanded));
+  flight.controller().armed = false;
+  flight.observation().stop_asked = false;
+  flight.pass(10s);
+  EXPECT_EQ(flight.phase(), Phase::kReady) << "once";
+}
+
+TEST(Supervisor, AControllerWhoseSwitchArmsItAtOnceIsNoStranger) {
+  // Betaflight arms by its own switch; its word of that and of the switch come up to a few tenths apart.
+  for (const bool armed_first : {true, false}) {
+    SupervisedFlight flight;
+    ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kReady));
+    flight.controller().follows_us = true;
+    (armed_first ? flight.controller().armed : flight.switches().arm) = true;
+    flight.pass(200ms);
+    (armed_first ? flight.switches().arm : flight.controller().armed) = true;
+    flight.pass(20ms);
+    EXPECT_EQ(flight.phase(), Phase::kTakeOff) << armed_first;
+  }
+}
+
+TEST(Supervisor, WhoIsArmedByOthersIsLeftToThemUntilGivenBackInTheAir) {
+  SupervisedFlight flight;
+  flight.switches().arm = true;  // from the beginning, so it arms the firmware and not us
+  flight.all_is_well();
+  flight.pass(1s);
+  flight.controller().armed = flight.controller().follows_us = true;
+  flight.pass(1s);
+  EXPECT_EQ(flight.phase(), Phase::kYielded);
+  flight.pass(10s);
+  EXPECT_EQ(flight.phase(), Phase::kYielded) << "nobody has flown yet";
+  flight.switches().take_over = true;
+  flight.pass(1s);
+  flight.switches().take_over = false;
+  flight.pass(5s);
+  EXPECT_EQ(flight.phase(), Phase::kYielded) << "on the ground nothing takes off";
+  flight.switches().take_over = true;
+  flight.v_W = {0, 0, 1};
+  flight.pass(1s);
+  flight.switches().take_over = false;
+  EXPECT_TRUE(flight.change(1s));
+  EXPECT_EQ(flight.phase(), Phase::kBraking);
+  SupervisedFlight grounded;
+  ASSERT_NO_FATAL_FAILURE(grounded.reach(Phase::kYielded));
+  grounded.controller().on_ground = true;
+  grounded.switches().take_over = false;
+  grounded.pass(5s);
+  EXPECT_EQ(grounded.phase(), Phase::kYielded) << "the controller says that it is on the ground";
+}
+
+TEST(Supervisor, ThePersonComesBeforeEverythingElse) {
+  for (std::size_t i = 0; i < kPhases; ++i) {
+    const auto phase = static_cast<Phase>(i);
+    if (!contains(kInTheAir, phase)) continue;
+    for (const bool kill : {false, true}) {
+      SupervisedFlight flight;
+      ASSERT_NO_FATAL_FAILURE(flight.reach(phase));
+      for (const Cause cause : {Cause::kStateLost, Cause::kStateWrong, Cause::kBatteryLow, Cause::kStopAsked,
+                                Cause::kRaceOver, Cause::kPlanLost, Cause::kTouchedDown, Cause::kFirmwareFailsafe})
+        provoke(cause, &flight);
+      provoke(kill ? Cause::kKillAsked : Cause::kTakenOver, &flight);
+      flight.step();
+      EXPECT_EQ(flight.phase(), kill ? Phase::kKilled : Phase::kYielded) << name(phase);
+    }
+  }
+}
+
+TEST(Supervisor, AControllerThatFollowsSomebodyElseHasBeenTakenOver) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
+  flight.controller().follows_us = false;
+  flight.pass(50ms);
+  flight.controller().follows_us = true;
+  flight.pass(1s);
+  EXPECT_EQ(flight.phase(), Phase::kRacing) << "one odd word";
+  flight.controller().follows_us = false;
+  flight.pass(150ms);
+  EXPECT_EQ(flight.phase(), Phase::kYielded);
+  EXPECT_EQ(flight.supervisor.directive().cause, Cause::kTakenOver);
+}
+
+TEST(Supervisor, AShortOutageCostsNothingAndALongOneMakesItJoinSlowly) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kBraking));
+  flight.pass(200ms);
+  flight.plan(true);
+  flight.step();
+  EXPECT_EQ(flight.phase(), Phase::kRacing);
+
+  flight.plan(false);
+  flight.step();
+  EXPECT_EQ(flight.phase(), Phase::kBraking);
+  flight.pass(400ms);
+  flight.plan(true);
+  flight.pass(1s);
+  EXPECT_EQ(flight.phase(), Phase::kBraking) << "still at speed";
+  flight.v_W.setZero();
+  flight.change(1s);
+  EXPECT_EQ(flight.phase(), Phase::kHolding);
+  flight.plan(false);
+  flight.pass(100ms);
+  flight.plan(true);
+  const Stamp steady_from = flight.now;
+  EXPECT_TRUE(flight.change(3s));
+  EXPECT_EQ(flight.phase(), Phase::kHandOver);
+  EXPECT_GE(flight.now - steady_from, flight.options.plan_settles);
+  const Stamp handed_from = flight.now;
+  EXPECT_TRUE(flight.change(3s));
+  EXPECT_EQ(flight.phase(), Phase::kRacing);
+  EXPECT_GE(flight.now - handed_from, flight.options.hand_over);
+}
+
+TEST(Supervisor, AnOutageInTheHandOverDoesNotShortenIt) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kHandOver));
+  flight.v_W = {2, 0, 0};
+  flight.pass(200ms);
+  flight.plan(false);
+  flight.step();
+  flight.plan(true);
+  flight.pass(100ms);
+  EXPECT_EQ(flight.phase(), Phase::kBraking);
+}
+
+TEST(Supervisor, WhatEndsAFlightEndsItForGood) {
+  for (const Cause cause :
+       {Cause::kFenceBroken, Cause::kBatteryLow, Cause::kStopAsked, Cause::kRaceOver, Cause::kPilotSilent}) {
+    SupervisedFlight flight;
+    ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
+    const SupervisedFlight well = flight;
+    provoke(cause, &flight);
+    ASSERT_TRUE(flight.change(3s));
+    EXPECT_EQ(flight.phase(), Phase::kBraking) << name(cause);
+    // All is well again.
+    flight.observation() = const_cast<SupervisedFlight&>(well).observation();
+    flight.v_W.setZero();
+    flight.p_W.x() = 0;
+    EXPECT_THAT(way_to(Phase::kDescending, &flight, 5s), ElementsAre(Phase::kHolding, Phase::kDescending))
+        << name(cause);
+    flight.pass(900ms);
+    EXPECT_EQ(flight.phase(), Phase::kDescending) << name(cause) << ": plans are there, and it lands";
+  }
+}
+
+TEST(Supervisor, TheFenceLooksAhead) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
+  flight.p_W = {49.5, 0, 2};
+  flight.v_W = {1.0, 0, 0};
+  flight.pass(100ms);
+  EXPECT_EQ(flight.phase(), Phase::kRacing);
+  flight.v_W = {2.9, 0, 0};
+  flight.step();
+  EXPECT_EQ(flight.phase(), Phase::kBraking);
+  EXPECT_LT(flight.p_W.x(), 50.0);
+  EXPECT_THAT(explain(flight.supervisor.directive(), flight.observation(), flight.options),
+              HasSubstr("expected within"));
+}
+
+TEST(Supervisor, SaggingForAMomentIsNoEmptyBattery) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
+  for (int i = 0; i < 10; ++i) {
+    flight.controller().battery_v = 13.0;
+    flight.pass(400ms);
+    flight.controller().battery_v = 14.5;
+    flight.pass(100ms);
+  }
+  EXPECT_EQ(flight.phase(), Phase::kRacing);
+}
+
+TEST(Supervisor, AFewBadStatesAreNoLoss) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
+  for (int i = 0; i < 10; ++i) {
+    flight.states_come = false;
+    flight.pass(100ms);
+    flight.states_come = true;
+    flight.pass(50ms);
+  }
+  EXPECT_EQ(flight.phase(), Phase::kRacing);
+}
+
+TEST(Supervisor, AStateThatComesBackBrakesAndJoinsSlowly) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
+  flight.states_come = false;
+  ASSERT_TRUE(flight.change(1s));
+  EXPECT_EQ(flight.phase(), Phase::kLevelDescent);
+  flight.pass(500ms);
+  flight.states_come = true;
+  flight.pass(400ms);
+  EXPECT_EQ(flight.phase(), Phase::kLevelDescent) << "not yet";
+  flight.pass(200ms);
+  EXPECT_EQ(flight.phase(), Phase::kBraking);
+  flight.v_W.setZero();
+  EXPECT_THAT(way_to(Phase::kRacing, &flight, 5s), ElementsAre(Phase::kHolding, Phase::kHandOver, Phase::kRacing));
+}
+
+TEST(Supervisor, ALevelDescentLastsAsLongAsTheHeightAsksFor) {
+  for (const double height_m : {0.2, 1.0, 10.0}) {
+    SupervisedFlight flight;
+    ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
+    flight.v_W.setZero();
+    flight.p_W.z() = 0.1 + height_m;
+    flight.pass(200ms);
+    flight.states_come = false;
+    ASSERT_TRUE(flight.change(1s));
+    ASSERT_EQ(flight.phase(), Phase::kLevelDescent);
+    const Stamp begin = flight.now;
+    ASSERT_TRUE(flight.change(20s));
+    EXPECT_EQ(flight.phase(), Phase::kKilled);
+    const double fall_s = std::sqrt(2 * height_m / (0.08 * kGravity_m_s2));
+    EXPECT_NEAR(seconds(flight.now - begin), std::min(5.0, 1 + 1.5 * fall_s), 0.05) << height_m;
+  }
+}
+
+TEST(Supervisor, NoPhaseInTheAirLastsForEver) {
+  // Whatever stays as it is: everything, or nothing of it is heard any more.
+  for (std::size_t i = 0; i < kPhases; ++i) {
+    const auto phase = static_cast<Phase>(i);
+    if (!contains(kInTheAir, phase)) continue;
+    for (const bool deaf : {false, true}) {
+      for (const double speed_m_s : {0.0, 0.3}) {
+        SupervisedFlight flight;
+        ASSERT_NO_FATAL_FAILURE(flight.reach(phase));
+        flight.plan(false);
+        flight.v_W = {speed_m_s, 0, 0};
+        if (deaf) flight.states_come = flight.controller_talks = false;
+        const Stamp end = flight.now + 2min;
+        while (flight.now < end && contains(kInTheAir, flight.phase())) flight.step();
+        EXPECT_FALSE(contains(kInTheAir, flight.phase())) << name(phase) << " " << deaf << " " << speed_m_s;
+      }
+    }
+  }
+}
+
+TEST(Supervisor, KilledStaysKilledUntilThePersonHasPutTheSwitchesBack) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
+  flight.switches().kill = true;
+  flight.step();
+  flight.controller().armed = false;
+  flight.pass(1s);
+  flight.switches().kill = false;
+  flight.pass(5s);
+  EXPECT_EQ(flight.phase(), Phase::kKilled) << "the arm switch is on";
+  flight.switches().arm = false;
+  flight.pass(200ms);
+  EXPECT_EQ(flight.phase(), Phase::kDisarmed);
+}
+
+TEST(Supervisor, AKillByTheProgramKillsWithoutARadio) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
+  flight.controller_talks = false;
+  flight.observation().kill_asked = true;
+  flight.step();
+  EXPECT_EQ(flight.phase(), Phase::kKilled);
+}
+
+TEST(Supervisor, ObeysItsTableWhateverItIsTold) {
+  Random random(11, Stream("gatefield.test.supervisor"));
+  const auto now_and_then = [&](double probability) { return random.uniform(0, 1) < probability; };
+  for (int trial = 0; trial < 60; ++trial) {
+    SupervisedFlight flight;
+    flight.all_is_well();
+    bool asked = false;  // a person's switch went from off to on, or a person flew
+    for (int i = 0; i < 6000; ++i) {
+      const bool arm_before = flight.controller().pilot && flight.switches().arm;
+      if (now_and_then(0.01) && flight.controller().pilot) flight.switches().arm = now_and_then(0.7);
+      if (now_and_then(0.003) && flight.controller().pilot) flight.switches().take_over = now_and_then(0.3);
+      if (now_and_then(0.001) && flight.controller().pilot) flight.switches().kill = now_and_then(0.3);
+      if (now_and_then(0.005)) flight.controller().own_failsafe = now_and_then(0.1);
+      if (now_and_then(0.01)) flight.plan(now_and_then(0.8));
+      if (now_and_then(0.005)) flight.states_come = now_and_then(0.8);
+      if (now_and_then(0.003)) flight.controller_talks = now_and_then(0.8);
+      if (now_and_then(0.003)) flight.controller().on_ground = now_and_then(0.3);
+      if (now_and_then(0.003)) flight.observation().problems = now_and_then(0.2) ? kStateContradictions : 0;
+      if (now_and_then(0.02)) flight.v_W = Eigen::Vector3d(random.normal(), 0, 0.5 * random.normal());
+      if (now_and_then(0.05))
+        flight.controller().armed = flight.controller().follows_us = wanted(flight.phase()) == Wanted::kArmed;
+      asked =
+          asked || (!arm_before && flight.controller().pilot && flight.switches().arm) || flight.switches().take_over;
+      const Directive before = flight.supervisor.directive();
+      const Directive& after = flight.step();
+      if (after.phase == before.phase) continue;
+      bool in_table = false;
+      for (const Transition& transition : transitions())
+        in_table = in_table || (contains(transition.from, before.phase) && transition.cause == after.cause &&
+                                transition.to == after.phase);
+      EXPECT_TRUE(in_table) << name(before.phase) << " " << name(after.cause) << " " << name(after.phase);
+      EXPECT_TRUE(asked || wanted(after.phase) != Wanted::kArmed);
+      EXPECT_TRUE(flight.supervisor.state().has_value() || !contains(kByState, after.phase));
+    }
+  }
+}
+
+TEST(Supervisor, AllocatesNothing) {
+  SupervisedFlight flight;
+  ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kHandOver));
+  const test::AllocationTrap trap;
+  flight.pass(3s);
+  flight.plan(false);
+  flight.pass(30s);
+  EXPECT_EQ(trap.count(), 0u);
+}
+
+// ---- checks before arming ----------------------------------------------------------------------------------------------------
+
+/// Makes that check fail.
+void fail(Check check, SupervisedFlight* flight) {
+  switch (check) {
+    case Check::kControllerHeard:
+      flight->controller_talks = false;
+      return;
+    case Check::kPilotHeard:
+      flight->controller().pilot.reset();
+      return;
+    case Check::kArmSwitchOff:
+      flight->switches().arm = true;
+      return;
+    case Check::kNotTakenOver:
+      flight->switches().take_over = true;
+      return;
+    case Check::kFirmwareFailsafe:
+      flight->controller().failsafe = FirmwareFailsafe::kNotChecked;
+      return;
+    case Check::kBattery:
+      flight->controller().battery_v = 14.9;
+      return;
+    case Check::kStateFresh:
+      flight->states_come = false;
+      return;
+    case Check::kStill:
+      flight->v_W = {0.5, 0, 0};
+      return;
+    case Check::kInsideFence:
+      flight->p_W.z() = 30;
+      return;
+    case Check::kServerAnswers:
+      flight->plan(false);
+      return;
+    case Check::kRoundTrip:
+      flight->observation().round_trip = 200ms;
+      return;
+    case Check::kFieldSeen:
+      flight->observation().field_seen = false;
+      return;
+    case Check::kServerContent:
+      flight->observation().problems = protocol::bit(protocol::Problem::kMountingLooksWrong);
+      return;
+    case Check::kFlightWanted:
+      flight->observation().race_over = true;
+      return;
+  }
+  FAIL() << "how does " << name(check) << " fail?";
+}
+
+TEST(ArmingChecks, EachKeepsTheVehicleOnTheGroundAndSaysWhy) {
+  for (int i = 0; i < kChecks; ++i) {
+    const auto check = static_cast<Check>(i);
+    SupervisedFlight flight;
+    flight.all_is_well();
+    fail(check, &flight);
+    flight.pass(3s);
+    EXPECT_EQ(flight.phase(), Phase::kDisarmed) << name(check);
+    EXPECT_TRUE(flight.supervisor.directive().failing & bit(check)) << name(check);
+    const Error error = explain(check, flight.observation(), flight.options);
+    EXPECT_EQ(error.field, name(check));
+    EXPECT_EQ(error.code, ErrorCode::kInvalid);
+    EXPECT_FALSE(error.value.empty()) << name(check);
+    EXPECT_GT(error.expected.size(), 10u) << error.message;
+  }
+}
+
+TEST(ArmingChecks, OneAloneIsTheOnlyOneNamed) {
+  for (const Check check : {Check::kFirmwareFailsafe, Check::kBattery, Check::kRoundTrip, Check::kFieldSeen,
+                            Check::kServerContent, Check::kNotTakenOver, Check::kInsideFence, Check::kFlightWanted}) {
+    SupervisedFlight flight;
+    flight.all_is_well();
+    fail(check, &flight);
+    flight.pass(3s);
+    EXPECT_THAT(list(flight.supervisor.directive().failing), ElementsAre(check));
+  }
+}
+
+TEST(ArmingChecks, CanBeToldOtherwise) {
+  SupervisorOptions options = SupervisedFlight::usual();
+  options.needs_field = options.needs_firmware_failsafe = false;
+  options.battery_arm_v = 0;
+  options.fence.reset();
+  SupervisedFlight flight(options);
+  flight.plan(true);
+  flight.controller().failsafe = FirmwareFailsafe::kNotChecked;
+  flight.controller().battery_v.reset();
+  flight.p_W.z() = 30;
+  flight.pass(2s);
+  EXPECT_EQ(flight.phase(), Phase::kReady);
+}
+
+TEST(ArmingChecks, AFirmwareFailsafeThatIsBadIsNeverGoodEnough) {
+  SupervisorOptions options = SupervisedFlight::usual();
+  options.needs_firmware_failsafe = false;
+  SupervisedFlight flight(options);
+  flight.all_is_well();
+  flight.controller().failsafe = FirmwareFailsafe::kBad;
+  flight.pass(2s);
+  EXPECT_EQ(flight.phase(), Phase::kDisarmed);
+}
+
+TEST(ArmingChecks, SayWhatIsExpectedAndWhatToDo) {
+  SupervisedFlight flight;
+  flight.all_is_well();
+  fail(Check::kBattery, &flight);
+  fail(Check::kRoundTrip, &flight);
+  flight.step();
+  EXPECT_THAT(explain(Check::kBattery, flight.observation(), flight.options).message,
+              HasSubstr("battery is 14.9 V, expected battery_arm_v (15 V) or more: charge it"));
+  EXPECT_THAT(explain(Check::kRoundTrip, flight.observation(), flight.options).message,
+              HasSubstr("round_trip is 0.2 s, expected round_trip_max (0.15 s) or less: check the link"));
+}
+
+// ---- options -----------------------------------------------------------------------------------------------------------------
+
+TEST(SupervisorOptions, RangesAreSaid) {
+  EXPECT_TRUE(validate(SupervisorOptions{}).ok());
+  EXPECT_TRUE(validate(SupervisedFlight::usual()).ok());
+  const auto refused = [](const char* field, auto change) {
+    SupervisorOptions options;
+    change(&options);
+    const auto status = validate(options);
+    ASSERT_FALSE(status.ok()) << field;
+    EXPECT_EQ(status.failure().field, field);
+    EXPECT_FALSE(status.failure().expected.empty());
+  };
+  using O = SupervisorOptions;
+  const std::vector<std::pair<const char*, Stamp O::*>> times{
+      {"state_settles", &O::state_settles},   {"state_doubted", &O::state_doubted},
+      {"round_trip_max", &O::round_trip_max}, {"controller_silent", &O::controller_silent},
+      {"pilot_silent", &O::pilot_silent},     {"fence_ahead", &O::fence_ahead},
+      {"battery_low", &O::battery_low},       {"take_off_limit", &O::take_off_limit},
+      {"outage_short", &O::outage_short},     {"plan_settles", &O::plan_settles},
+      {"hand_over", &O::hand_over},           {"brake_limit", &O::brake_limit},
+      {"hold_limit", &O::hold_limit},         {"descent_limit", &O::descent_limit},
+      {"level_limit", &O::level_limit},       {"arming_limit", &O::arming_limit},
+      {"disarm_limit", &O::disarm_limit},     {"give_back", &O::give_back}};
+  for (const auto& [field, member] : times)
+    for (const Stamp bad : {Stamp(-1s), Stamp(1000s)}) refused(field, [&](O* o) { o->*member = bad; });
+  const std::vector<std::pair<const char*, double O::*>> numbers{{"take_off_height_m", &O::take_off_height_m},
+                                                                 {"take_off_speed_m_s", &O::take_off_speed_m_s},
+                                                                 {"stopped_m_s", &O::stopped_m_s},
+                                                                 {"descent_m_s", &O::descent_m_s},
+                                                                 {"level_thrust", &O::level_thrust},
+                                                                 {"gate_margin_m", &O::gate_margin_m},
+                                                                 {"battery_arm_v", &O::battery_arm_v},
+                                                                 {"battery_land_v", &O::battery_land_v}};
+  for (const auto& [field, member] : numbers)
+    for (const double bad : {-1.0, 1e6, std::numeric_limits<double>::quiet_NaN()})
+      refused(field, [&](O* o) { o->*member = bad; });
+  refused("state.lost_after", [](O* o) { o->state.lost_after = 2s; });
+  refused("state.jump_m", [](O* o) { o->state.jump_m = 0; });
+  refused("state.jump_rad", [](O* o) { o->state.jump_rad = 4; });
+  refused("take_off_limit", [](O* o) { o->take_off_height_m = 10; });
+  refused("battery_arm_v", [](O* o) { o->battery_arm_v = 13, o->battery_land_v = 14; });
+  refused("fence", [](O* o) { o->fence = Fence{{0, 0, 0}, {1, 1, 0.5}}; });
+  refused("fence", [](O* o) { o->fence = Fence{{0, 0, 0}, {1, 1, std::numeric_limits<double>::infinity()}}; });
+}
+
+}  // namespace
+}  // namespace gatefield::flight
