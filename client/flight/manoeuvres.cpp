@@ -7,11 +7,21 @@ namespace gatefield::flight {
 namespace {
 
 constexpr double kLongestStep_s = 0.1;  // a loop that was held up does not jump ahead
+constexpr double kLiftGain_s2 = 1.0;    // 1/s^2: half of the velocity's gain squared, well damped
+constexpr double kLiftLeak_s = 3.0;     // while the plan flies the thrust estimate learns, and it is needed no more
+
+sdk::Setpoint mixed(double share, const sdk::Setpoint& plan, const sdk::Setpoint& own) noexcept {
+  sdk::Setpoint sum = plan;
+  sum.thrust_rate_n_s = share * plan.thrust_rate_n_s + (1 - share) * own.thrust_rate_n_s;
+  sum.rotor_thrust_n = share * plan.rotor_thrust_n + (1 - share) * own.rotor_thrust_n;
+  sum.collective_thrust_n = share * plan.collective_thrust_n + (1 - share) * own.collective_thrust_n;
+  sum.body_rates_rad_s = share * plan.body_rates_rad_s + (1 - share) * own.body_rates_rad_s;
+  return sum;
+}
 
 }  // namespace
 
-Manoeuvres::Manoeuvres(const QuadrotorModel& model, const Actuation&, const Course& course,
-                       const SupervisorOptions& options)
+Manoeuvres::Manoeuvres(const QuadrotorModel& model, const Course& course, const SupervisorOptions& options)
     : options_(options),
       mass_kg_(model.mass_kg),
       law_(model),
@@ -30,18 +40,29 @@ std::optional<sdk::Setpoint> Manoeuvres::setpoint(const Directive& directive, St
   if (!contains(kByState, directive.phase) || !state) return std::nullopt;
   switch (directive.phase) {
     case Phase::kTakeOff:
-      return climb(dt_s, state->state);
+      return fly(climb(dt_s, state->state), state->state, dt_s);
     case Phase::kHandOver: {
+      sdk::Fallback::Goal goal;
+      goal.z_m = state->state.p_WB.z();  // the plan may climb
       const double span_s = seconds(options_.hand_over);
-      return mix(span_s > 0 ? std::clamp(seconds(now - directive.since) / span_s, 0.0, 1.0) : 1.0, plan, state->state);
+      const double share = span_s > 0 ? std::clamp(seconds(now - directive.since) / span_s, 0.0, 1.0) : 1.0;
+      return mixed(share, plan, fly(goal, state->state, dt_s));
     }
     case Phase::kRacing:
+      lift_m_s2_ -= lift_m_s2_ * dt_s / kLiftLeak_s;
       return plan;
     case Phase::kBraking:
-      return brake(state->state);
+      return fly(brake(state->state), state->state, dt_s);
     default:
-      return hold(state->state, directive.phase == Phase::kDescending, dt_s);
+      return fly(hold(state->state, directive.phase == Phase::kDescending, dt_s), state->state, dt_s);
   }
+}
+
+sdk::Setpoint Manoeuvres::fly(sdk::Fallback::Goal goal, const QuadrotorState& state, double dt_s) noexcept {
+  lift_m_s2_ =
+      std::clamp(lift_m_s2_ + dt_s * kLiftGain_s2 * (goal.v_W.z() - state.v_WB.z()), -kMaxLift_m_s2, kMaxLift_m_s2);
+  goal.a_W.z() += lift_m_s2_;
+  return law_.toward(goal, state);
 }
 
 void Manoeuvres::begin(const Directive& directive, Stamp now, const std::optional<TimedState>& state) noexcept {
@@ -53,6 +74,7 @@ void Manoeuvres::begin(const Directive& directive, Stamp now, const std::optiona
   home_W_ = state->state.p_WB.head<2>();
   goal_z_m_ = state->state.p_WB.z();
   top_z_m_ = goal_z_m_ + options_.take_off_height_m;
+  if (directive.phase == Phase::kTakeOff) lift_m_s2_ = 0.0;
   if (directive.phase != Phase::kLevelDescent) return;
   level_state_ = state->state;
   begin_v_z_m_s_ = state->state.v_WB.z();
@@ -64,7 +86,7 @@ void Manoeuvres::begin(const Directive& directive, Stamp now, const std::optiona
     level_state_.q_WB = state->state.q_WB * Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle));
 }
 
-sdk::Setpoint Manoeuvres::climb(double dt_s, const QuadrotorState& state) noexcept {
+sdk::Fallback::Goal Manoeuvres::climb(double dt_s, const QuadrotorState& state) noexcept {
   // The height asked for waits for the vehicle: it must not have run away when the ground lets go.
   const double lead_m = options_.take_off_speed_m_s;
   goal_z_m_ = std::min({goal_z_m_ + options_.take_off_speed_m_s * dt_s, top_z_m_, state.p_WB.z() + lead_m});
@@ -72,10 +94,10 @@ sdk::Setpoint Manoeuvres::climb(double dt_s, const QuadrotorState& state) noexce
   goal.v_W.head<2>() = 0.5 * law_.velocity_gain_s() * (home_W_ - state.p_WB.head<2>());
   goal.v_W.z() = goal_z_m_ < top_z_m_ ? options_.take_off_speed_m_s : 0.0;
   goal.z_m = goal_z_m_;
-  return law_.toward(goal, state);
+  return goal;
 }
 
-sdk::Setpoint Manoeuvres::hold(const QuadrotorState& state, bool sinking, double dt_s) noexcept {
+sdk::Fallback::Goal Manoeuvres::hold(const QuadrotorState& state, bool sinking, double dt_s) noexcept {
   sdk::Fallback::Goal goal;
   const Eigen::Vector2d drift_W = clear_.drift(state.p_WB, sinking);
   if (drift_W.squaredNorm() > 0) {
@@ -91,10 +113,10 @@ sdk::Setpoint Manoeuvres::hold(const QuadrotorState& state, bool sinking, double
     goal_z_m_ += goal.v_W.z() * dt_s;
   }
   goal.z_m = goal_z_m_;
-  return law_.toward(goal, state);
+  return goal;
 }
 
-sdk::Setpoint Manoeuvres::brake(const QuadrotorState& state) const noexcept {
+sdk::Fallback::Goal Manoeuvres::brake(const QuadrotorState& state) const noexcept {
   sdk::Fallback::Goal goal;
   goal.z_m = goal_z_m_;
   const Eigen::Vector2d steer_W = clear_.steer(state.p_WB, state.v_WB);
@@ -105,21 +127,9 @@ sdk::Setpoint Manoeuvres::brake(const QuadrotorState& state) const noexcept {
     Eigen::Vector2d brake_W = -law_.velocity_gain_s() * state.v_WB.head<2>();
     if (const double size = brake_W.norm(); size > left_m_s2) brake_W *= left_m_s2 / size;
     goal.v_W.head<2>() = state.v_WB.head<2>();
-    goal.a_W = brake_W + steer_W;
+    goal.a_W.head<2>() = brake_W + steer_W;
   }
-  return law_.toward(goal, state);
-}
-
-sdk::Setpoint Manoeuvres::mix(double share, const sdk::Setpoint& plan, const QuadrotorState& state) const noexcept {
-  sdk::Fallback::Goal goal;
-  goal.z_m = state.p_WB.z();  // the plan may climb
-  const sdk::Setpoint own = law_.toward(goal, state);
-  sdk::Setpoint mixed = plan;
-  mixed.thrust_rate_n_s = share * plan.thrust_rate_n_s + (1 - share) * own.thrust_rate_n_s;
-  mixed.rotor_thrust_n = share * plan.rotor_thrust_n + (1 - share) * own.rotor_thrust_n;
-  mixed.collective_thrust_n = share * plan.collective_thrust_n + (1 - share) * own.collective_thrust_n;
-  mixed.body_rates_rad_s = share * plan.body_rates_rad_s + (1 - share) * own.body_rates_rad_s;
-  return mixed;
+  return goal;
 }
 
 sdk::Setpoint Manoeuvres::level(Stamp now, double dt_s, const std::optional<ControllerStatus>& controller) noexcept {

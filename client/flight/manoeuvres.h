@@ -5,7 +5,6 @@
 #include "client/flight/keep_clear.h"
 #include "client/flight/supervisor.h"
 #include "client/sdk/fallback.h"
-#include "common/vehicle/actuation.h"
 
 namespace gatefield::flight {
 
@@ -28,16 +27,19 @@ namespace gatefield::flight {
 /// where it tells one; else the last one known, turned on by the rates that were asked for since (a rate loop follows
 /// them within its lag, so after a tenth of a second both know it is level).
 ///
+/// Where the law flies, the error of the climb is integrated, up to kMaxLift_m_s2: before the first flight nobody knows
+/// how much thrust a throttle gives, and a vehicle that is a quarter too weak must lift off, too.
+///
 /// Thread-safe: no.   Real-time safe: yes.   Errors: none.
 class Manoeuvres {
  public:
   static constexpr double kSink_m_s = 1.0;
   static constexpr double kMoreThrust = 1.15, kLessThrust = 0.8;  ///< of the weight
-  static constexpr double kMaxReturn_m_s = 1.0;                   ///< back to where holding began
+  static constexpr double kMaxLift_m_s2 = 3.5;
+  static constexpr double kMaxReturn_m_s = 1.0;  ///< back to where holding began
 
-  /// @pre validate(model), validate(actuation), validate(course), validate(options)
-  Manoeuvres(const QuadrotorModel& model, const Actuation& actuation, const Course& course,
-             const SupervisorOptions& options);
+  /// @pre validate(model), validate(course), validate(options)
+  Manoeuvres(const QuadrotorModel& model, const Course& course, const SupervisorOptions& options);
 
   /// What to do from `now` on; empty: nothing (Actuator::hold()).
   /// @param state       the newest that can be flown by; empty where the phase needs one: nothing
@@ -49,10 +51,10 @@ class Manoeuvres {
 
  private:
   void begin(const Directive& directive, Stamp now, const std::optional<TimedState>& state) noexcept;
-  sdk::Setpoint climb(double dt_s, const QuadrotorState& state) noexcept;
-  sdk::Setpoint hold(const QuadrotorState& state, bool sinking, double dt_s) noexcept;
-  sdk::Setpoint brake(const QuadrotorState& state) const noexcept;
-  sdk::Setpoint mix(double share, const sdk::Setpoint& plan, const QuadrotorState& state) const noexcept;
+  sdk::Fallback::Goal climb(double dt_s, const QuadrotorState& state) noexcept;
+  sdk::Fallback::Goal hold(const QuadrotorState& state, bool sinking, double dt_s) noexcept;
+  sdk::Fallback::Goal brake(const QuadrotorState& state) const noexcept;
+  sdk::Setpoint fly(sdk::Fallback::Goal goal, const QuadrotorState& state, double dt_s) noexcept;
   sdk::Setpoint level(Stamp now, double dt_s, const std::optional<ControllerStatus>& controller) noexcept;
 
   SupervisorOptions options_;
@@ -64,6 +66,7 @@ class Manoeuvres {
   Stamp last_{0};
   Eigen::Vector2d home_W_ = Eigen::Vector2d::Zero();  // where holding began
   double goal_z_m_ = 0.0, top_z_m_ = 0.0;
+  double lift_m_s2_ = 0.0;      // the integral of the climb's error
   QuadrotorState level_state_;  // kLevelDescent: what is left of it
   double begin_v_z_m_s_ = 0.0;
   Eigen::Vector3d asked_rates_B_ = Eigen::Vector3d::Zero();

@@ -14,6 +14,8 @@
 /// hardware in the loop. All stamps are of the loop's clock.
 namespace gatefield::flight {
 
+struct Directive;  // supervisor.h
+
 struct TimedState {
   Stamp stamp{0};  ///< when the state held
   QuadrotorState state;
@@ -127,6 +129,8 @@ class Observer {
   virtual void on_plan(const protocol::ThrustRateCommand& plan) noexcept = 0;
   /// Asked at the end of each step. @return false: the flight is over
   virtual bool goes_on() noexcept = 0;
+  /// A supervised vehicle has entered another phase.
+  virtual void on_phase(const Directive&) noexcept {}
 };
 
 }  // namespace gatefield::flight

@@ -17,7 +17,7 @@ constexpr Stamp kBriefly = 100ms;   // one odd word of the controller decides no
 constexpr Stamp kArmedFor = 300ms;  // its word and the switch's come apart
 constexpr Stamp kSlowFor = 200ms;
 constexpr Stamp kRestsFor = 1s;
-constexpr Stamp kRestsHighUpFor = 3s;    // the height asked for is far below by then, and next to no thrust left
+constexpr Stamp kRestsHighUpFor = 3s;    // the law asks for half the weight by then
 constexpr double kLevelTilt_cos = 0.94;  // 20 deg
 constexpr double kResting_m_s = 0.12;    // of a vehicle that should sink at 0.1 m/s or more
 constexpr double kNearGround_m = 0.2, kAboveGround_m = 0.5;

@@ -73,7 +73,8 @@ std::vector<Arrow> arrows() {
         // An arrow out of a box needs a phase in it to begin at.
         Phase inside{};
         for_each_phase(box.phases, [&](Phase phase) { inside = phase; });
-        if (&box == &kBoxes.back() || box.phases == kByState) inside = Phase::kRacing;
+        if (box.phases == kByState) inside = Phase::kRacing;
+        if (box.phases == kOnward) inside = Phase::kTakeOff;
         add(&all, {&box, inside, transition.to, label});
         rest = static_cast<PhaseSet>(rest & ~box.phases);
       }

@@ -57,8 +57,7 @@ Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
 }
 
 Setpoint Fallback::toward(const Goal& goal, const QuadrotorState& state) const noexcept {
-  Eigen::Vector3d a_W = velocity_gain_s_ * (goal.v_W - state.v_WB);
-  a_W.head<2>() += goal.a_W;
+  Eigen::Vector3d a_W = velocity_gain_s_ * (goal.v_W - state.v_WB) + goal.a_W;
   a_W.z() += height_gain_s2_ * (goal.z_m - state.p_WB.z());
   a_W.z() = std::clamp(a_W.z(), -kMaxClimb_m_s2, kMaxClimb_m_s2);
   if (const double brake = a_W.head<2>().norm(); brake > kMaxBrake_m_s2) a_W.head<2>() *= kMaxBrake_m_s2 / brake;

@@ -36,7 +36,7 @@ class Fallback {
   struct Goal {
     Eigen::Vector3d v_W = Eigen::Vector3d::Zero();
     double z_m = 0.0;
-    Eigen::Vector2d a_W = Eigen::Vector2d::Zero();  ///< level acceleration asked for on top, m/s^2
+    Eigen::Vector3d a_W = Eigen::Vector3d::Zero();  ///< acceleration asked for on top, m/s^2
   };
   /// The law by itself, for who has other goals than to hold and descend: towards `goal`, level acceleration at most
   /// kMaxBrake. Knows no time.
