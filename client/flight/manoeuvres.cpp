@@ -147,7 +147,7 @@ sdk::Setpoint Manoeuvres::level(Stamp now, double dt_s, const std::optional<Cont
   double share = options_.level_thrust;
   if (gone_s < too_fast_m_s / ((kMoreThrust - 1) * kGravity_m_s2)) share = kMoreThrust;
   if (gone_s < rising_m_s / ((1 - kLessThrust) * kGravity_m_s2)) share = kLessThrust;
-  const sdk::Setpoint setpoint = law_.push({0, 0, share * mass_kg_ * kGravity_m_s2}, level_state_);
+  sdk::Setpoint setpoint = law_.push({0, 0, share * mass_kg_ * kGravity_m_s2}, level_state_);
   asked_rates_B_ = setpoint.body_rates_rad_s;
   return setpoint;
 }

@@ -67,8 +67,9 @@ class Actuator {
   virtual Stamp period() const noexcept = 0;
   /// Does this for a period from `now` on.
   virtual void apply(Stamp now, const sdk::Setpoint& setpoint) noexcept = 0;
-  /// No plan or no state has come yet: the vehicle stays where it is, by whatever keeps it there (the ground, a hand,
-  /// its flight controller).
+  /// There is nothing to do: no plan or no state has come yet, or a supervised vehicle stands on the ground or is flown
+  /// by somebody else. It stays where it is, by whatever keeps it there (the ground, a hand, its flight controller);
+  /// motors that would obey us idle.
   virtual void hold(Stamp now) noexcept = 0;
 };
 

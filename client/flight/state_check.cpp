@@ -29,13 +29,13 @@ Status validate(const StateCheckOptions& options) {
   return {};
 }
 
-bool StateCheck::good(Stamp now, const TimedState& next) const noexcept {
-  if (!sound(next.state) || now - next.stamp > options_.lost_after || next.stamp - now > kAhead) return false;
+bool StateCheck::good(Stamp now, const TimedState& state) const noexcept {
+  if (!sound(state.state) || now - state.stamp > options_.lost_after || state.stamp - now > kAhead) return false;
   if (!heard_) return true;
-  const double dt_s = seconds(next.stamp - heard_->stamp);
+  const double dt_s = seconds(state.stamp - heard_->stamp);
   if (dt_s < 0) return false;
   if (dt_s > kLongestGap_s || !sound(heard_->state)) return true;
-  const QuadrotorState &a = heard_->state, &b = next.state;
+  const QuadrotorState &a = heard_->state, &b = state.state;
   const double turned_rad = a.q_WB.normalized().angularDistance(b.q_WB.normalized());
   return (b.p_WB - a.p_WB - dt_s / 2 * (a.v_WB + b.v_WB)).norm() <= options_.jump_m &&
          (b.v_WB - a.v_WB).norm() <= kVelocityNoise_m_s + kMaxAcceleration_m_s2 * dt_s &&

@@ -41,9 +41,9 @@ class Fallback {
   /// The law by itself, for who has other goals than to hold and descend: towards `goal`, level acceleration at most
   /// kMaxBrake. Knows no time.
   Setpoint toward(const Goal& goal, const QuadrotorState& state) const noexcept;
-  /// Its lower half alone: turns z_B onto `force_W` and asks for as much of it, N. Reads attitude, body rates and
-  /// thrust_command_n of the state, so it works where position and velocity are lost. @pre force_W is not zero
-  Setpoint push(const Eigen::Vector3d& force_W, const QuadrotorState& state) const noexcept;
+  /// Its lower half alone: turns z_B onto `f_W` and asks for as much of it, N. Reads attitude, body rates and
+  /// thrust_command_n of the state, so it works where position and velocity are lost. @pre f_W is not zero
+  Setpoint push(const Eigen::Vector3d& f_W, const QuadrotorState& state) const noexcept;
   /// Gain of the velocity in toward(), 1/s.
   double velocity_gain_s() const noexcept { return velocity_gain_s_; }
   static constexpr double kMaxBrake_m_s2 = 5.0;  ///< 27 deg of tilt

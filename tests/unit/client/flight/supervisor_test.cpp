@@ -424,6 +424,21 @@ TEST(Supervisor, TheFenceLooksAhead) {
               HasSubstr("expected within"));
 }
 
+TEST(Supervisor, SaysWhatWasMeasured) {
+  const auto said = [](Phase phase, Cause cause) {
+    SupervisedFlight flight;
+    flight.reach(phase);
+    provoke(cause, &flight);
+    flight.change(3s);
+    return explain(flight.supervisor.directive(), flight.observation(), flight.options);
+  };
+  EXPECT_THAT(said(Phase::kRacing, Cause::kBatteryLow), HasSubstr("(13.9 V, expected battery_land_v of 14 V or more)"));
+  EXPECT_THAT(said(Phase::kRacing, Cause::kStateLost), HasSubstr("(nothing good within 0.15 s)"));
+  EXPECT_THAT(said(Phase::kRacing, Cause::kControllerSilent), HasSubstr("(for 0.5 s)"));
+  EXPECT_THAT(said(Phase::kReady, Cause::kCheckFailed), HasSubstr("; server_content is no usable depth frame"));
+  EXPECT_EQ(said(Phase::kRacing, Cause::kPlanLost), sentence(Cause::kPlanLost));
+}
+
 TEST(Supervisor, SaggingForAMomentIsNoEmptyBattery) {
   SupervisedFlight flight;
   ASSERT_NO_FATAL_FAILURE(flight.reach(Phase::kRacing));
