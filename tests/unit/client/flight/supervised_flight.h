@@ -136,4 +136,102 @@ class SupervisedFlight {
   Observation told_;
 };
 
+/// Makes the cause happen and nothing else, if time alone does not.
+inline void provoke(Cause cause, SupervisedFlight* flight) {
+  switch (cause) {
+    case Cause::kKillAsked:
+      flight->switches().kill = true;
+      return;
+    case Cause::kArmSwitchOff:
+      flight->switches().arm = false;
+      return;
+    case Cause::kTakenOver:
+      flight->switches().take_over = true;
+      return;
+    case Cause::kFirmwareFailsafe:
+      flight->controller().own_failsafe = true;
+      return;
+    case Cause::kMotorsOff:
+      flight->controller().armed = false;
+      return;
+    case Cause::kStateLost:
+      flight->states_come = false;
+      return;
+    case Cause::kStateWrong:
+      flight->observation().problems = protocol::bit(protocol::Problem::kVelocityAgainstMotion);
+      return;
+    case Cause::kFenceBroken:
+      flight->p_W.x() = 51;
+      return;
+    case Cause::kBatteryLow:
+      flight->controller().battery_v = 13.9;
+      return;
+    case Cause::kControllerSilent:
+      flight->controller_talks = false;
+      return;
+    case Cause::kPilotSilent:
+      flight->controller().pilot.reset();
+      return;
+    case Cause::kStopAsked:
+      flight->observation().stop_asked = true;
+      return;
+    case Cause::kRaceOver:
+      flight->observation().race_over = true;
+      return;
+    case Cause::kPlanLost:
+      flight->plan(false);
+      return;
+    case Cause::kPlanBack:
+    case Cause::kPlanSteady:
+      flight->plan(true);
+      return;
+    case Cause::kStopped:
+      flight->v_W.setZero();
+      return;
+    case Cause::kHeightReached:
+      flight->v_W = {0, 0, 0.6};
+      return;
+    case Cause::kDescentTimeOver:
+      flight->v_W = {0.3, 0, 0};  // neither down nor at rest
+      return;
+    case Cause::kTouchedDown:
+      flight->controller().on_ground = true;
+      return;
+    case Cause::kStateBack:
+      flight->states_come = true;
+      return;
+    case Cause::kGivenBack:
+      flight->switches().take_over = false;
+      return;
+    case Cause::kArmedByOthers:
+      flight->controller().armed = true;
+      return;
+    case Cause::kChecksPass:
+      flight->all_is_well();
+      return;
+    case Cause::kCheckFailed:
+      flight->observation().problems = protocol::bit(protocol::Problem::kDepthMissing);
+      return;
+    case Cause::kArmAsked:
+      flight->switches().arm = true;
+      return;
+    case Cause::kArmed:
+      flight->controller().armed = flight->controller().follows_us = true;
+      return;
+    case Cause::kReset:
+      flight->switches() = {};
+      flight->controller().armed = false;
+      return;
+    case Cause::kHandedOver:
+    case Cause::kBrakeTimeOver:
+    case Cause::kHoldTimeOver:
+    case Cause::kTakeOffTimeOver:
+    case Cause::kLevelTimeOver:
+    case Cause::kArmingTimeOver:
+    case Cause::kDisarmTimeOver:
+      return;  // time alone
+  }
+  FAIL() << "how is " << name(cause) << " provoked?";
+}
+
 }  // namespace gatefield::flight

@@ -76,7 +76,7 @@ TEST(SafetyPicture, HasEveryPhaseAndEveryCause) {
   const Drawn table = read_dot(to_dot());
   const auto shown = [&](std::string name) {
     std::replace(name.begin(), name.end(), '_', ' ');
-    return table.words.count(name) > 0;
+    return table.words.contains(name);
   };
   for (std::size_t i = 0; i < kPhases; ++i) EXPECT_TRUE(shown(std::string(name(static_cast<Phase>(i))))) << i;
   for (std::size_t i = 0; i < kCauses; ++i) EXPECT_TRUE(shown(std::string(name(static_cast<Cause>(i))))) << i;
