@@ -6,7 +6,6 @@
 namespace gatefield::sdk {
 namespace {
 
-constexpr double kMaxBrake_m_s2 = 5.0;  // 27 deg of tilt
 constexpr double kMaxClimb_m_s2 = 4.0;  // up and down
 constexpr double kMaxRate_rad_s = 6.0;  // asked for while levelling out
 constexpr double kThrustLag_s = 0.02;   // how fast the commanded thrust follows
@@ -58,21 +57,29 @@ Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
     hold_z_m_ = state.p_WB.z();
   }
   const double sinking_s = std::max(0.0, seconds(now - *began_ - kHold));
-  const double goal_z_m = hold_z_m_ - kDescent_m_s * sinking_s;
-  const double goal_vz_m_s = sinking_s > 0 ? -kDescent_m_s : 0.0;
+  Goal goal;
+  goal.z_m = hold_z_m_ - kDescent_m_s * sinking_s;
+  goal.v_W.z() = sinking_s > 0 ? -kDescent_m_s : 0.0;
+  return toward(goal, state);
+}
 
-  Eigen::Vector3d a_W = -velocity_gain_s_ * state.v_WB;
-  a_W.z() = velocity_gain_s_ * (goal_vz_m_s - state.v_WB.z()) + height_gain_s2_ * (goal_z_m - state.p_WB.z());
+Setpoint Fallback::toward(const Goal& goal, const QuadrotorState& state) const noexcept {
+  Eigen::Vector3d a_W = velocity_gain_s_ * (goal.v_W - state.v_WB) + goal.a_W;
+  a_W.z() += height_gain_s2_ * (goal.z_m - state.p_WB.z());
   a_W.z() = std::clamp(a_W.z(), -kMaxClimb_m_s2, kMaxClimb_m_s2);
   if (const double brake = a_W.head<2>().norm(); brake > kMaxBrake_m_s2) a_W.head<2>() *= kMaxBrake_m_s2 / brake;
 
-  const Eigen::Matrix3d R_WB = state.q_WB.normalized().toRotationMatrix();
   // Drag helps to brake; only along z it would take height away.
+  const Eigen::Matrix3d R_WB = state.q_WB.normalized().toRotationMatrix();
   const Eigen::Vector3d drag_W = R_WB * model_.drag_kg_s.cwiseProduct(R_WB.transpose() * state.v_WB);
   Eigen::Vector3d f_W = model_.mass_kg * (a_W + Eigen::Vector3d(0, 0, kGravity_m_s2));
   f_W.z() += drag_W.z();
   f_W.z() = std::max(f_W.z(), 0.1 * model_.mass_kg * kGravity_m_s2);  // never ask to fly upside down
+  return push(f_W, state);
+}
 
+Setpoint Fallback::push(const Eigen::Vector3d& f_W, const QuadrotorState& state) const noexcept {
+  const Eigen::Matrix3d R_WB = state.q_WB.normalized().toRotationMatrix();
   // The short way from the body's z axis (0, 0, 1) to the wanted one, both in B.
   const Eigen::Vector3d up_B = R_WB.transpose() * f_W.normalized();
   const Eigen::Vector2d axis_B(-up_B.y(), up_B.x());

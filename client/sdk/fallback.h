@@ -14,7 +14,7 @@ namespace gatefield::sdk {
 /// there).
 ///
 /// A cascade, each stage at most a third as fast as the one it drives, so that slow rotors get slow gains:
-///   acceleration  a_xy = -k_v v_xy, |a_xy| <= kMaxBrake; a_z = k_v (vz* - vz) + k_p (z* - z), limited
+///   acceleration  a_xy = k_v (v* - v)_xy, |a_xy| <= kMaxBrake; a_z = k_v (vz* - vz) + k_p (z* - z), limited
 ///   thrust        f = m (a + g e_z) + what drag takes along z
 ///   attitude      z_B onto f / |f| the short way: w* = k_R angle axis, yaw rate 0
 ///   torque        tau = J k_w (w* - w) + w x J w
@@ -36,6 +36,22 @@ class Fallback {
 
   /// @pre validate(model).ok() && validate(actuation).ok()
   explicit Fallback(const QuadrotorModel& model, const Actuation& actuation = {});
+
+  /// Where the law flies to: a velocity, and a height that moves along with its z.
+  struct Goal {
+    Eigen::Vector3d v_W = Eigen::Vector3d::Zero();
+    double z_m = 0.0;
+    Eigen::Vector3d a_W = Eigen::Vector3d::Zero();  ///< acceleration asked for on top, m/s^2
+  };
+  /// The law by itself, for who has other goals than to hold and descend: towards `goal`, level acceleration at most
+  /// kMaxBrake. Knows no time.
+  Setpoint toward(const Goal& goal, const QuadrotorState& state) const noexcept;
+  /// Its lower half alone: turns z_B onto `f_W` and asks for as much of it, N. Reads attitude, body rates and
+  /// thrust_command_n of the state, so it works where position and velocity are lost. @pre f_W is not zero
+  Setpoint push(const Eigen::Vector3d& f_W, const QuadrotorState& state) const noexcept;
+  /// Gain of the velocity in toward(), 1/s.
+  double velocity_gain_s() const noexcept { return velocity_gain_s_; }
+  static constexpr double kMaxBrake_m_s2 = 5.0;  ///< 27 deg of tilt
 
   /// A plan is flown: the next update() begins anew.
   void reset() noexcept { began_.reset(); }
