@@ -123,4 +123,11 @@ std::optional<Frame> FrameReader::next() noexcept {
   return std::nullopt;
 }
 
+bool FrameReader::give_up() noexcept {
+  if (begin_ == end_) return false;
+  ++begin_;
+  ++skipped_;
+  return true;
+}
+
 }  // namespace gatefield::firmware::msp

@@ -53,6 +53,10 @@ class FrameReader {
   /// The next frame, until there is none. Its payload is valid until room() is called.
   std::optional<Frame> next() noexcept;
 
+  /// The rest of what has begun is not coming: what is there is looked through again without its beginning.
+  /// @return false: nothing is there
+  bool give_up() noexcept;
+
   /// Bytes so far that belonged to no frame.
   std::uint64_t skipped() const noexcept { return skipped_; }
 
