@@ -11,7 +11,7 @@ namespace msp = firmware::msp;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kCentre_deg_s = 200, kEnd_deg_s = 670, kMinCheck_us = 1050;
-constexpr double kCountsPerG = 2048.0;
+constexpr double kCountsPerG = 2048.0, kCountsPerDegreeASecond = 16.4;
 constexpr std::size_t kArmChannel = 4;
 constexpr std::array<std::size_t, 4> kPlaces{0, 1, 3, 2};  // of roll, pitch, yaw, throttle: the usual AETR
 
@@ -96,7 +96,7 @@ void BetaflightController::answer(Stamp now, const msp::Frame& question) {
     case msp::command::kRawImu: {
       Writer imu;
       for (const double g : acceleration_g) imu.u16(static_cast<int>(std::lround(g * kCountsPerG)));
-      for (const double rate : gyro_rad_s) imu.u16(static_cast<int>(std::lround(rate / kDegree)));
+      for (const double rate : gyro_rad_s) imu.u16(static_cast<int>(std::lround(rate / kDegree * kCountsPerDegreeASecond)));
       payload = imu.u16(0).u16(0).u16(0).bytes;
       break;
     }

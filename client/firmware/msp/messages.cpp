@@ -7,6 +7,7 @@ namespace gatefield::firmware::msp {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kCountsPerDegreeASecond = 16.4;
 
 /// Reads a payload field by field; beyond its end everything is 0 and ok() false.
 class Fields {
@@ -137,7 +138,7 @@ std::optional<RawImu> read_raw_imu(Payload payload) noexcept {
   Fields fields(payload);
   RawImu imu;
   for (double& axis : imu.acceleration) axis = fields.i16();
-  for (double& axis : imu.gyro_rad_s) axis = fields.i16() * kDegree;
+  for (double& axis : imu.gyro_rad_s) axis = fields.i16() * kDegree / kCountsPerDegreeASecond;
   return fields.ok() ? std::optional(imu) : std::nullopt;
 }
 

@@ -87,8 +87,8 @@ struct Attitude {
 };
 std::optional<Attitude> read_attitude(Payload payload) noexcept;
 
-/// kRawImu: i16 accelerometer (in units that depend on the sensor), i16 gyro in deg/s, i16 magnetometer; x, y, z each,
-/// as the firmware holds them: FLU.
+/// kRawImu: i16 accelerometer (in units that depend on the sensor), i16 gyro (16.4 counts per deg/s: sensors of 2000
+/// deg/s), i16 magnetometer; x, y, z each, as the firmware holds them: FLU.
 struct RawImu {
   std::array<double, 3> acceleration{};  ///< counts
   std::array<double, 3> gyro_rad_s{};

@@ -248,7 +248,7 @@ TEST(MspMessages, ModeRangesThatAreNotInUseAreLeftOut) {
 }
 
 TEST(MspMessages, GyroIsInRadiansASecond) {
-  const auto read = read_raw_imu(Written().u16(1).u16(2).u16(2048).u16(90).u16(-180).u16(10).u16(0).u16(0).u16(0));
+  const auto read = read_raw_imu(Written().u16(1).u16(2).u16(2048).u16(1476).u16(-2952).u16(164).u16(0).u16(0).u16(0));
   ASSERT_TRUE(read.has_value());
   EXPECT_NEAR(read->gyro_rad_s[0], std::numbers::pi / 2, 1e-12);
   EXPECT_NEAR(read->gyro_rad_s[1], -std::numbers::pi, 1e-12);
