@@ -96,7 +96,8 @@ void BetaflightController::answer(Stamp now, const msp::Frame& question) {
     case msp::command::kRawImu: {
       Writer imu;
       for (const double g : acceleration_g) imu.u16(static_cast<int>(std::lround(g * kCountsPerG)));
-      for (const double rate : gyro_rad_s) imu.u16(static_cast<int>(std::lround(rate / kDegree * kCountsPerDegreeASecond)));
+      for (const double rate : gyro_rad_s)
+        imu.u16(static_cast<int>(std::lround(rate / kDegree * kCountsPerDegreeASecond)));
       payload = imu.u16(0).u16(0).u16(0).bytes;
       break;
     }
