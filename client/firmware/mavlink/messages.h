@@ -33,10 +33,25 @@ const std::array<Definition, std::variant_size_v<Message>>& definitions() noexce
 /// Null: no message with that id is known. Thread-safe: yes.   Real-time safe: yes.
 const Definition* find_definition(std::uint32_t id) noexcept;
 
+/// What is wrong with a message, without words.
+struct Fault {
+  std::string_view message;           ///< kName
+  std::string_view field;             ///< its first wrong field
+  int index = -1;                     ///< of an array's wrong element; -1: no array, or all of it
+  double value = 0.0;                 ///< of the number; texts have none
+  std::array<float, 4> quaternion{};  ///< of a quaternion of another length
+  Allowed allowed;
+};
+
 /// Holds a message's values against what its table allows, and ATTITUDE_QUATERNION's four numbers against length 1.
-/// Errors: kInvalid with the first wrong field as "NAME.field" ("ODOMETRY.q", "SET_ATTITUDE_TARGET.thrust"; an element
-/// of an array as "HIL_ACTUATOR_CONTROLS.controls[3]").
-/// Thread-safe: yes.   Real-time safe: where it succeeds (a failure allocates).
+/// Thread-safe: yes.   Real-time safe: yes.
+std::optional<Fault> find_fault(const Message& message) noexcept;
+
+/// The fault in words: kInvalid with "NAME.field" as field ("ODOMETRY.q", "SET_ATTITUDE_TARGET.thrust",
+/// "HIL_ACTUATOR_CONTROLS.controls[3]"), its value and what is allowed.
+Error describe(const Fault& fault);
+
+/// Both of them. Real-time safe: where it succeeds.
 Status validate(const Message& message);
 
 }  // namespace gatefield::mavlink
