@@ -13,7 +13,7 @@
 #include "common/base/child_process.h"
 #include "tests/support/mavlink_words.h"
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 namespace {
 
 using namespace std::chrono_literals;
@@ -89,4 +89,4 @@ TEST_F(Peer, WritesWhatIsRead) {
 }
 
 }  // namespace
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

@@ -11,6 +11,8 @@
 
 namespace gatefield::test {
 
+namespace mavlink = firmware::mavlink;
+
 /// A message in words, as tests/conformance/mavlink/peer.js says them: NAME field=value ..., in the order of the wire;
 /// floats as their bits, arrays with commas, text up to its end.
 std::string words_of(const mavlink::Message& message);

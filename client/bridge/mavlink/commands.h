@@ -10,6 +10,8 @@
 
 namespace gatefield::bridge {
 
+namespace mavlink = firmware::mavlink;
+
 /// How a command stands that was asked for: its last answer, or that there is none yet.
 struct CommandFate {
   enum class Kind : std::uint8_t {

@@ -13,6 +13,8 @@
 
 namespace gatefield::bridge {
 
+namespace mavlink = firmware::mavlink;
+
 /// Where the autopilot's local frame lies in the world of the course: p_W = p_WL + R_z(yaw_WL) p_L, where L is the
 /// local NED frame with its axes turned to ENU.
 struct LocalFrame {

@@ -109,7 +109,6 @@ void MavlinkVehicle::send(const mavlink::Message& message) noexcept {
 
 std::optional<flight::TimedState> MavlinkVehicle::States::newest(Stamp) noexcept {
   vehicle_.pump();
-  vehicle_.learn();
   return vehicle_.autopilot_.state();
 }
 
@@ -123,35 +122,20 @@ void MavlinkVehicle::Rates::apply(Stamp now, const sdk::Setpoint& setpoint) noex
 }
 
 void MavlinkVehicle::Rates::hold(Stamp now) noexcept {
-  const auto status = vehicle_.autopilot_.status(now);
   const double weight_n = vehicle_.config_.quadrotor.mass_kg * kGravity_m_s2;
-  const double throttle = status && vehicle_.in_the_air(*status) ? vehicle_.thrust_.command(now, weight_n) : 0.0;
+  const double throttle = vehicle_.in_the_air() ? vehicle_.thrust_.command(now, weight_n) : 0.0;
   vehicle_.autopilot_.send_setpoint(now, Eigen::Vector3d::Zero(), throttle);
 }
 
-bool MavlinkVehicle::in_the_air(const flight::ControllerStatus& status) noexcept {
-  if (!status.armed) return false;
-  if (status.on_ground) return !*status.on_ground;
-  const auto& state = autopilot_.state();
-  return state && ground_z_m_ && state->state.p_WB.z() - *ground_z_m_ > kLifted_m;
-}
-
-void MavlinkVehicle::learn() noexcept {
+bool MavlinkVehicle::in_the_air() noexcept {
   const auto status = autopilot_.status(now());
   const auto& state = autopilot_.state();
-  if (!status || !state || (learned_ && state->stamp <= *learned_)) return;
-  learned_ = state->stamp;
-  if (!status->armed) ground_z_m_ = state->state.p_WB.z();
-  if (status->battery_v) thrust_.on_battery(*status->battery_v);
-  const bool flying = status->follows_us && in_the_air(*status);
-  if (flying != learning_) {
-    learning_ = flying;
-    if (flying)
-      thrust_.begin();
-    else
-      thrust_.end();
+  if (!status || !status->armed) {
+    if (state) ground_z_m_ = state->state.p_WB.z();
+    return false;
   }
-  thrust_.on_state(state->stamp, state->state, status->specific_force_z_m_s2);
+  if (status->on_ground) return !*status->on_ground;
+  return state && ground_z_m_ && state->state.p_WB.z() - *ground_z_m_ > kLifted_m;
 }
 
 }  // namespace gatefield::bridge

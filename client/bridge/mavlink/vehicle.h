@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/bridge/mavlink/autopilot.h"
+#include "client/bridge/vehicle.h"
 #include "client/firmware/link/link.h"
 #include "client/firmware/mavlink/frame_reader.h"
 #include "client/flight/clock.h"
@@ -22,9 +23,9 @@ namespace gatefield::bridge {
 /// microseconds. A loop with another clock hears them up to a period late, and half of that goes into the stamps.
 /// Outside a loop keep_alive() does it.
 ///
-/// Throttle: ThrustEstimate makes it of newtons, and learns while the vehicle flies our setpoints off the ground.
+/// Throttle is made of newtons by thrust().
 /// Thread-safe: no; one thread at a time.   Real-time safe: the ports and the clock are (system calls, no allocation).
-class MavlinkVehicle final : public flight::LoopClock, private Outlet {
+class MavlinkVehicle final : public Vehicle, private flight::LoopClock, private Outlet {
  public:
   /// Opens the link, waits for the autopilot's heartbeat, reads its parameters and compares clocks.
   /// Errors: those of validate(config) and firmware::open(); kNoAnswer when no heartbeat comes within connect_timeout;
@@ -35,24 +36,25 @@ class MavlinkVehicle final : public flight::LoopClock, private Outlet {
   /// Waits for the autopilot as open() does.
   Status connect();
 
-  flight::StateSource& states() noexcept { return states_; }
-  flight::Actuator& actuator() noexcept { return actuator_; }
-  flight::FlightController& flight_controller() noexcept { return controller_; }
-  flight::LoopClock& clock() noexcept { return *this; }
+  flight::StateSource* states() noexcept override { return &states_; }
+  flight::Actuator& actuator() noexcept override { return actuator_; }
+  flight::FlightController& flight_controller() noexcept override { return controller_; }
+  flight::LoopClock* clock() noexcept override { return this; }
 
   /// As in report.h.
-  std::vector<std::string> description() const;
-  std::vector<std::string> complaints() const;
+  std::vector<std::string> description() const override;
+  std::vector<std::string> complaints() const override;
   AutopilotReport report() const noexcept { return autopilot_.report(clock_->now()); }
-  const flight::ThrustEstimate& thrust() const noexcept { return thrust_; }
+  /// Learns of the thrust in flight; the bridge gives it the states (flight::Supervision).
+  flight::ThrustEstimate& thrust() noexcept { return thrust_; }
 
   /// Reads the link and answers what is to be answered, for `span`. No setpoint is sent.
   void keep_alive(std::chrono::nanoseconds span) noexcept { sleep_until(now() + span); }
 
+ private:
   Stamp now() const noexcept override { return clock_->now(); }
   Stamp sleep_until(Stamp deadline) noexcept override;
 
- private:
   class States final : public flight::StateSource {
    public:
     explicit States(MavlinkVehicle* vehicle) noexcept : vehicle_(*vehicle) {}
@@ -88,12 +90,11 @@ class MavlinkVehicle final : public flight::LoopClock, private Outlet {
 
   void send(const mavlink::Message& message) noexcept override;
   void pump() noexcept;
-  void learn() noexcept;
-  bool in_the_air(const flight::ControllerStatus& status) noexcept;
+  bool in_the_air() noexcept;
 
   static constexpr int kMostReads = 64;  // in one go, so that a flood does not hold up the loop
   static constexpr Stamp kTick{std::chrono::milliseconds(5)};
-  static constexpr double kLifted_m = 0.3;  // off where it was armed, where nothing else tells
+  static constexpr double kLifted_m = 0.3;  // off where it was armed, for autopilots that don't say so themselves
 
   const MavlinkConfig config_;
   const Stamp period_;
@@ -110,9 +111,7 @@ class MavlinkVehicle final : public flight::LoopClock, private Outlet {
   std::uint8_t sequence_ = 0;
   std::uint64_t not_sent_ = 0;  // messages for which the link had no room
   std::optional<firmware::Transfer> broken_;
-  std::optional<Stamp> learned_;      // the newest state that the estimate has seen
   std::optional<double> ground_z_m_;  // where it stood when it was last disarmed
-  bool learning_ = false;
 };
 
 }  // namespace gatefield::bridge

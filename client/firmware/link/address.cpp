@@ -102,7 +102,7 @@ Result<Address> parse_address(std::string_view text) {
   return wrong("kind", parts[0], expected + ", as in serial:/dev/ttyACM0:115200 or tcp:127.0.0.1:5761");
 }
 
-std::string text(const Address& address) {
+std::string to_text(const Address& address) {
   std::string written;
   for (const auto& [name, kind] : kKinds)
     if (kind == address.kind) written = name;

@@ -49,7 +49,7 @@ std::uint16_t port_of(int socket) noexcept {
 class Stream final : public Link {
  public:
   Stream(const Address& address, FileDescriptor connection, FileDescriptor listener)
-      : name_(text(address)),
+      : name_(to_text(address)),
         socket_(address.kind != Address::Kind::kSerial),
         connection_(std::move(connection)),
         listener_(std::move(listener)) {}
@@ -134,7 +134,7 @@ class Stream final : public Link {
 class Datagrams final : public Link {
  public:
   Datagrams(const Address& address, FileDescriptor socket, std::optional<sockaddr_in> peer)
-      : name_(text(address)), learns_(!peer), socket_(std::move(socket)), peer_(peer) {}
+      : name_(to_text(address)), learns_(!peer), socket_(std::move(socket)), peer_(peer) {}
 
   Transfer send(std::span<const std::uint8_t> message) noexcept override {
     assert(message.size() <= kMaxMessage);
@@ -183,7 +183,7 @@ sockaddr_in socket_address(const std::string& host, std::uint16_t port) noexcept
 }
 
 Error no_socket(const Address& address, int reason) {
-  return Error(text(address) + ": no socket can be made: " + std::strerror(reason) +
+  return Error(to_text(address) + ": no socket can be made: " + std::strerror(reason) +
                    "; close programs that hold many files open",
                ErrorCode::kOther);
 }
@@ -193,7 +193,7 @@ Status bind_to(const FileDescriptor& socket, const Address& address, const std::
   if (::bind(socket.get(), reinterpret_cast<const sockaddr*>(&own), sizeof own) == 0) return {};
   const int reason = errno;
   const auto invalid = [&](const char* field, const std::string& value, const std::string& what) {
-    Error error(text(address) + ": " + what, ErrorCode::kInvalid, field);
+    Error error(to_text(address) + ": " + what, ErrorCode::kInvalid, field);
     error.value = value;
     return error;
   };
@@ -209,7 +209,7 @@ Status bind_to(const FileDescriptor& socket, const Address& address, const std::
 }
 
 Error nobody(const Address& address, const std::string& what) {
-  return Error(text(address) + ": " + what +
+  return Error(to_text(address) + ": " + what +
                    "; start the flight controller (or its simulator) first, and look whether "
                    "host and port are its own",
                ErrorCode::kNoAnswer, "port");
@@ -225,7 +225,7 @@ Result<std::unique_ptr<Link>> connect_tcp(const Address& address, std::chrono::n
     int reason = errno;
     if (reason == EINPROGRESS) {
       if (poll_for(socket.get(), POLLOUT, timeout) == 0)
-        return nobody(address, "no answer within " + gatefield::text(seconds(timeout)) + " s");
+        return nobody(address, "no answer within " + text(seconds(timeout)) + " s");
       socklen_t size = sizeof reason;
       getsockopt(socket.get(), SOL_SOCKET, SO_ERROR, &reason, &size);
     }

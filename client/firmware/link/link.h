@@ -35,7 +35,7 @@ struct Address {
 /// Errors: kInvalid with the part that is wrong as field ("kind", "device", "baud", "host", "port"), its value, and what
 /// was expected.
 Result<Address> parse_address(std::string_view text);
-std::string text(const Address& address);
+std::string to_text(const Address& address);
 
 /// What a receive() or a send() came to.
 struct Transfer {

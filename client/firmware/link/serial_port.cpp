@@ -31,8 +31,8 @@ constexpr auto kBauds = [] {
 }();
 
 Error of_device(const Address& address, const std::string& what, const std::string& next_step) {
-  Error error(text(address) + ": the device " + what + ", expected a serial port; " + next_step, ErrorCode::kUnreadable,
-              "device");
+  Error error(to_text(address) + ": the device " + what + ", expected a serial port; " + next_step,
+              ErrorCode::kUnreadable, "device");
   error.value = address.place;
   error.expected = "a serial port";
   return error;

@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 /// The checksum of MAVLink frames: CRC-16/MCRF4XX (polynomial 0x1021, bits reflected, begun with 0xFFFF, no final
 /// inversion; its check value over "123456789" is 0x6F91).
@@ -28,4 +28,4 @@ class Checksum {
   std::uint16_t value_ = 0xFFFF;
 };
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

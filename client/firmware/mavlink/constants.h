@@ -4,7 +4,7 @@
 
 /// The numbers of MAVLink's enumerations that are used here (mavlink.io, "MAVLINK common message set"), and those of
 /// PX4's and ArduPilot's own modes.
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 /// HEARTBEAT.type (MAV_TYPE).
 enum class VehicleType : std::uint8_t { kQuadrotor = 2, kGroundStation = 6, kOnboardController = 18 };
@@ -100,4 +100,4 @@ inline constexpr std::uint32_t kArduCopterGuided = 4;
 /// Of ArduCopter's parameter GUID_OPTIONS: thrust of SET_ATTITUDE_TARGET means thrust, not a rate of climb.
 inline constexpr std::uint32_t kGuidedThrustAsThrust = 1U << 3;
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

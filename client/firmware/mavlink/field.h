@@ -20,7 +20,7 @@
 /// The order of the wire (mavlink.io, "MAVLink serialization"): fields by falling size of their elements, those of one
 /// size as the definition lists them; extension fields follow as the definition lists them. Numbers are little endian.
 /// Thread-safe: yes (pure).   Real-time safe: yes.
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 static_assert(std::endian::native == std::endian::little, "packing copies numbers as the machine holds them");
 
@@ -159,4 +159,4 @@ consteval bool in_wire_order() {
   return right && payload_length<Message>() <= 255;
 }
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

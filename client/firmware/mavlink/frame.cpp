@@ -7,7 +7,7 @@
 
 #include "client/firmware/mavlink/frame_format.h"
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 namespace {
 
 template <typename Kind>
@@ -87,4 +87,4 @@ std::optional<Message> unpack(const Frame& frame) noexcept {
   return kReaders[static_cast<std::size_t>(definition - definitions().data())](frame.payload.data());
 }
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

@@ -13,7 +13,7 @@
 ///   version 1  0xFE length sequence system component id payload checksum(2)
 /// The checksum covers everything from the length to the payload, and then the definition's extra byte. Version 2
 /// leaves out the zeros at the payload's end, all but the first byte; version 1 has no extension fields.
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 inline constexpr std::size_t kLongestPayload = 255;
 inline constexpr std::size_t kLongestFrame = 280;  ///< version 2, with a signature
@@ -57,4 +57,4 @@ Packet pack(const Message& message, Address from, std::uint8_t sequence, std::ui
 /// Thread-safe: yes (pure).   Real-time safe: yes.
 std::optional<Message> unpack(const Frame& frame) noexcept;
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

@@ -7,7 +7,7 @@
 #include "client/firmware/mavlink/checksum.h"
 
 /// How a frame is laid out, for who writes and who reads it (frame.h says it in words).
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 inline constexpr std::uint8_t kMarker1 = 0xFE;
 inline constexpr std::uint8_t kMarker2 = 0xFD;
@@ -25,4 +25,4 @@ constexpr std::uint16_t frame_checksum(std::span<const std::uint8_t> frame, std:
   return checksum.value();
 }
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

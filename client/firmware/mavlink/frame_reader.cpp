@@ -4,7 +4,7 @@
 
 #include "client/firmware/mavlink/frame_format.h"
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 namespace {
 
 bool is_marker(std::uint8_t byte) noexcept { return byte == kMarker1 || byte == kMarker2; }
@@ -160,4 +160,4 @@ Frame FrameReader::take(Frame* frame, std::span<const std::uint8_t> payload, std
   return *frame;
 }
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

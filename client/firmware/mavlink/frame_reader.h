@@ -9,7 +9,7 @@
 
 #include "client/firmware/mavlink/frame.h"
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 /// What a reader met since its begin.
 struct ReaderCounts {
@@ -68,4 +68,4 @@ class FrameReader {
   ReaderCounts counts_;
 };
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

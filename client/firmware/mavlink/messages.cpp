@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 namespace {
 
 template <typename Kind>
@@ -30,4 +30,4 @@ const Definition* find_definition(std::uint32_t id) noexcept {
   return found != kDefinitions.end() && found->id == id ? found : nullptr;
 }
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

@@ -12,7 +12,7 @@
 #include "common/base/result.h"
 
 /// All messages that are known here.
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 using Message = std::variant<Heartbeat, SysStatus, SystemTime, SetMode, ParamRequestRead, ParamValue, ParamSet,
                              Attitude, AttitudeQuaternion, LocalPositionNed, RcChannels, CommandLong, CommandAck,
@@ -54,4 +54,4 @@ Error describe(const Fault& fault);
 /// Both of them. Real-time safe: where it succeeds.
 Status validate(const Message& message);
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

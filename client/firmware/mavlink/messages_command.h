@@ -8,7 +8,7 @@
 
 /// Messages that ask a vehicle for something, and its answers. Names of fields are those of the definitions (mavlink.io,
 /// "MAVLINK common message set").
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 /// Attitude, body rates and thrust to follow from now on.
 struct SetAttitudeTarget {
@@ -139,4 +139,4 @@ struct ParamSet {
   }
 };
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

@@ -8,7 +8,7 @@
 
 /// Messages between a simulator and a firmware in its loop. Body axes are FRD, world axes NED. Names of fields are those
 /// of the definitions (mavlink.io, "MAVLINK common message set").
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 /// What the simulated sensors say.
 struct HilSensor {
@@ -127,4 +127,4 @@ struct HilActuatorControls {
   }
 };
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

@@ -7,7 +7,7 @@
 
 /// Messages about the link and the vehicle as a whole. Names of fields are those of the definitions (mavlink.io,
 /// "MAVLINK common message set"), which their comments repeat in short.
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 /// Who I am and how I am; at least once a second, by everybody.
 struct Heartbeat {
@@ -204,4 +204,4 @@ struct StatusText {
   }
 };
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

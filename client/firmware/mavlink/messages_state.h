@@ -7,7 +7,7 @@
 
 /// Messages about where a vehicle is and how it moves. World axes are NED, body axes FRD, quaternions w first, from
 /// body to world. Names of fields are those of the definitions (mavlink.io, "MAVLINK common message set").
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 
 /// Bounds that no drone of ours comes near: what lies beyond is broken.
 inline constexpr double kFarthest_m = 1e5;
@@ -141,4 +141,4 @@ struct HighresImu {
   }
 };
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

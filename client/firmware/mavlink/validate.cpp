@@ -6,7 +6,7 @@
 #include "client/firmware/mavlink/messages.h"
 #include "common/base/text.h"
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 namespace {
 
 constexpr double kLargestFloat = std::numeric_limits<float>::max();
@@ -105,4 +105,4 @@ Status validate(const Message& message) {
   return fault ? Status(describe(*fault)) : Status();
 }
 
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

@@ -19,7 +19,7 @@ constexpr Stamp kLook = 20ms;                  // how often a waiting listener l
 /// Outputs of 1 and a rounding more are 1.
 constexpr double kFullOutput = 1.001;
 
-std::string in_seconds(Stamp span) { return gatefield::text(seconds(span)) + " s"; }
+std::string in_seconds(Stamp span) { return text(seconds(span)) + " s"; }
 
 bool is_datagram(Address::Kind kind) noexcept {
   return kind == Address::Kind::kUdp || kind == Address::Kind::kUdpListen;
@@ -115,7 +115,7 @@ Status HilLink::take(const mavlink::Message& message) {
     const auto output = static_cast<double>(controls->controls[i]);
     const bool off = std::isnan(output) || !motors_.armed;
     if (!off && !(output >= 0.0 && output <= kFullOutput))
-      return Error::invalid("HIL_ACTUATOR_CONTROLS.controls[" + gatefield::text(i) + "]", gatefield::text(output),
+      return Error::invalid("HIL_ACTUATOR_CONTROLS.controls[" + text(i) + "]", text(output),
                             "0 to 1, as motors that turn one way have it");
     motors_.outputs[i] = off ? 0.0 : std::min(output, 1.0);
   }

@@ -31,15 +31,17 @@ class Bench {
     sdk::Setpoint setpoint;
     setpoint.collective_thrust_n = collective_n;
     setpoint.body_rates_rad_s = rates_B;
-    for (const Stamp end = now() + span; now() < end; vehicle->sleep_until(now() + vehicle->actuator().period())) {
-      (void)vehicle->states().newest(now());
+    for (const Stamp end = now() + span; now() < end;
+         vehicle->clock()->sleep_until(now() + vehicle->actuator().period())) {
+      (void)vehicle->states()->newest(now());
       vehicle->flight_controller().want(now(), wanted);
       vehicle->actuator().apply(now(), setpoint);
     }
   }
   void hold(Stamp span, flight::Wanted wanted) {
-    for (const Stamp end = now() + span; now() < end; vehicle->sleep_until(now() + vehicle->actuator().period())) {
-      (void)vehicle->states().newest(now());
+    for (const Stamp end = now() + span; now() < end;
+         vehicle->clock()->sleep_until(now() + vehicle->actuator().period())) {
+      (void)vehicle->states()->newest(now());
       vehicle->flight_controller().want(now(), wanted);
       vehicle->actuator().hold(now());
     }

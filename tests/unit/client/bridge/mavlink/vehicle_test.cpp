@@ -134,7 +134,7 @@ TEST_P(EachDialect, GivesStatesOfOurClockAndAxes) {
   bench.controller->state.w_WB_B = {0.1, 0.2, 0.3};
   ASSERT_TRUE(bench.vehicle->connect().ok());
   bench.run(2s);
-  const auto state = bench.vehicle->states().newest(bench.now());
+  const auto state = bench.vehicle->states()->newest(bench.now());
   ASSERT_TRUE(state);
   EXPECT_LE(bench.now() - state->stamp, 12ms);
   EXPECT_GE(bench.now() - state->stamp, -1ms);
@@ -151,7 +151,7 @@ TEST(MavlinkVehicle, FallsBackToPositionAndAttitude) {
   bench.controller->sends_odometry = false;
   ASSERT_TRUE(bench.vehicle->connect().ok());
   bench.run(3s);
-  const auto state = bench.vehicle->states().newest(bench.now());
+  const auto state = bench.vehicle->states()->newest(bench.now());
   ASSERT_TRUE(state);
   EXPECT_LE(bench.now() - state->stamp, 13ms);
   EXPECT_EQ(bench.controller->heard[mavlink::Odometry::kId], 0);
@@ -162,7 +162,7 @@ TEST(MavlinkVehicle, ReadsStampsThatCountFrom1970) {
   bench.controller->unix_stamps = true;
   ASSERT_TRUE(bench.vehicle->connect().ok());
   bench.run(3s);
-  const auto state = bench.vehicle->states().newest(bench.now());
+  const auto state = bench.vehicle->states()->newest(bench.now());
   ASSERT_TRUE(state);
   EXPECT_LE(std::chrono::abs(bench.now() - state->stamp - 5ms), 8ms);
 }
@@ -171,7 +171,7 @@ TEST(MavlinkVehicle, WithoutTimeSyncThereIsNoState) {
   Bench bench(bench_config(Dialect::kPx4));
   bench.controller->answers_time = false;
   ASSERT_TRUE(bench.vehicle->connect().ok());
-  EXPECT_FALSE(bench.vehicle->states().newest(bench.now()));
+  EXPECT_FALSE(bench.vehicle->states()->newest(bench.now()));
   EXPECT_TRUE(bench.complains_of("answers no TIMESYNC"));
 }
 
@@ -183,7 +183,7 @@ TEST(MavlinkVehicle, StampsOfArrivalNeedNoTimeSync) {
   bench.controller->answers_time = false;
   ASSERT_TRUE(bench.vehicle->connect().ok());
   bench.run(2s);
-  const auto state = bench.vehicle->states().newest(bench.now());
+  const auto state = bench.vehicle->states()->newest(bench.now());
   ASSERT_TRUE(state);
   EXPECT_LE(bench.now() - state->stamp, 15ms);
   EXPECT_GE(bench.now() - state->stamp, 4ms);
@@ -195,7 +195,7 @@ TEST(MavlinkVehicle, StampsThatContradictTheClockAreRefusedAndTold) {
   bench.controller->stamps_off = 40ms;
   ASSERT_TRUE(bench.vehicle->connect().ok());
   bench.run(2s);
-  EXPECT_FALSE(bench.vehicle->states().newest(bench.now()));
+  EXPECT_FALSE(bench.vehicle->states()->newest(bench.now()));
   EXPECT_TRUE(bench.complains_of("state.age is -39"));
 }
 
@@ -208,7 +208,7 @@ TEST(MavlinkVehicle, ARestartOfTheAutopilotIsSeenThrough) {
   bench.run(4s);
   EXPECT_EQ(bench.vehicle->report().clock_restarts, 1U);
   EXPECT_GT(bench.controller->heard[mavlink::ParamRequestRead::kId], before) << "everything is asked for again";
-  EXPECT_LE(bench.now() - bench.vehicle->states().newest(bench.now())->stamp, 12ms);
+  EXPECT_LE(bench.now() - bench.vehicle->states()->newest(bench.now())->stamp, 12ms);
 }
 
 TEST(MavlinkVehicle, SilenceIsTold) {
@@ -249,7 +249,7 @@ TEST(MavlinkVehicle, ANoisyLineCostsWhatItBreaks) {
   Stamp oldest{0};
   for (int i = 0; i < 1000; ++i) {
     bench.run(5ms);
-    oldest = std::max(oldest, bench.now() - bench.vehicle->states().newest(bench.now())->stamp);
+    oldest = std::max(oldest, bench.now() - bench.vehicle->states()->newest(bench.now())->stamp);
   }
   EXPECT_LE(oldest, 100ms);
   EXPECT_EQ(bench.vehicle->report().faults, 0U) << "what has a right checksum was sent so";
@@ -448,6 +448,22 @@ TEST(MavlinkVehicle, HoldsWithoutThrustOnTheGroundAndWithItInTheAir) {
   EXPECT_NEAR(bench.controller->target->thrust, flight::ThrustOptions{}.hover_throttle, 1e-6);
 }
 
+TEST(MavlinkVehicle, HeightTellsTheGroundWhereTheAutopilotDoesNot) {
+  Bench bench(bench_config(Dialect::kPlain));
+  bench.controller->bends = [](mavlink::Message* message) {
+    if (auto* state = std::get_if<mavlink::ExtendedSysState>(message)) state->landed_state = 0;
+  };
+  bench.controller->state.p_WB.z() = 5.0;  // the ground lies where it was armed
+  ASSERT_TRUE(bench.vehicle->connect().ok());
+  bench.hold(3s, Wanted::kArmed);
+  ASSERT_TRUE(bench.status().armed);
+  EXPECT_FALSE(bench.status().on_ground);
+  EXPECT_EQ(bench.controller->target->thrust, 0.0F);
+  bench.controller->state.p_WB.z() = 5.5;
+  bench.hold(1s, Wanted::kArmed);
+  EXPECT_GT(bench.controller->target->thrust, 0.1F);
+}
+
 TEST(MavlinkVehicle, FullLinkAndBrokenLinkAreTold) {
   Bench bench(bench_config(Dialect::kPx4));
   ASSERT_TRUE(bench.vehicle->connect().ok());
@@ -468,7 +484,7 @@ TEST(MavlinkVehicle, AllocatesNothingInAStep) {
   bench.cable->on_wait = nullptr;
   const test::AllocationTrap trap;
   for (int i = 0; i < 100; ++i) {
-    (void)bench.vehicle->states().newest(bench.now());
+    (void)bench.vehicle->states()->newest(bench.now());
     (void)bench.vehicle->flight_controller().newest(bench.now());
     bench.vehicle->flight_controller().want(bench.now(), Wanted::kArmed);
     bench.vehicle->actuator().apply(bench.now(), {});
@@ -493,7 +509,7 @@ sdk::Setpoint towards(const Eigen::Vector3d& goal, const QuadrotorState& state, 
   return setpoint;
 }
 
-TEST_P(EachDialect, FliesToAPlaceAndLearnsItsThrust) {
+TEST_P(EachDialect, FliesToAPlaceAndLetsItsThrustBeLearned) {
   auto config = bench_config(GetParam());
   config.setpoint_rate_hz = 200;
   config.state_rate_hz = 200;
@@ -505,10 +521,12 @@ TEST_P(EachDialect, FliesToAPlaceAndLearnsItsThrust) {
   ASSERT_TRUE(bench.status().armed);
   const Eigen::Vector3d goal(2, -1, 3);
   for (const Stamp end = bench.now() + 12s; bench.now() < end;
-       bench.vehicle->sleep_until(bench.now() + bench.vehicle->actuator().period())) {
-    const auto state = bench.vehicle->states().newest(bench.now());
+       bench.vehicle->clock()->sleep_until(bench.now() + bench.vehicle->actuator().period())) {
+    const auto state = bench.vehicle->states()->newest(bench.now());
     bench.vehicle->flight_controller().want(bench.now(), Wanted::kArmed);
     ASSERT_TRUE(state);
+    if (state->state.p_WB.z() > 0.1) bench.vehicle->thrust().begin();
+    bench.vehicle->thrust().on_state(state->stamp, state->state, bench.status().specific_force_z_m_s2);
     bench.vehicle->actuator().apply(bench.now(), towards(goal, state->state, config.quadrotor));
   }
   EXPECT_LE((bench.controller->state.p_WB - goal).norm(), 0.1) << bench.controller->state.p_WB.transpose();

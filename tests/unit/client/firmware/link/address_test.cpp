@@ -14,14 +14,14 @@ TEST(LinkAddress, WhatIsWrittenIsReadAndWrittenAgain) {
                               "udp:192.168.4.1:14550", "udp:127.0.0.1:9003:9002", "udp-listen:0.0.0.0:14550"}) {
     const auto address = parse_address(written);
     ASSERT_TRUE(address.ok()) << address.error();
-    EXPECT_EQ(text(*address), written);
+    EXPECT_EQ(to_text(*address), written);
   }
 }
 
 TEST(LinkAddress, LocalhostIsThisMachine) {
   const auto address = parse_address("tcp:localhost:5761");
   ASSERT_TRUE(address.ok());
-  EXPECT_EQ(text(*address), "tcp:127.0.0.1:5761");
+  EXPECT_EQ(to_text(*address), "tcp:127.0.0.1:5761");
 }
 
 TEST(LinkAddress, SaysWhichPartIsWrongAndWhatWouldBeRight) {

@@ -7,7 +7,7 @@
 #include "tests/support/allocation_trap.h"
 #include "tests/support/mavlink_words.h"
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -205,4 +205,4 @@ TEST(FrameReader, AllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

@@ -8,7 +8,7 @@
 #include "client/firmware/mavlink/frame_reader.h"
 #include "tests/support/mavlink_words.h"
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 namespace {
 
 using test::hex;
@@ -137,4 +137,4 @@ TEST(Frame, OfAnUnknownMessageIsNone) {
 }
 
 }  // namespace
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 namespace {
 
 TEST(Checksum, HasItsPublishedCheckValue) {
@@ -65,4 +65,4 @@ TEST(Definitions, AreFoundByTheirIds) {
 }
 
 }  // namespace
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink

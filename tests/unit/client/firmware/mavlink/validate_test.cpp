@@ -8,7 +8,7 @@
 #include "client/firmware/mavlink/messages.h"
 #include "tests/support/mavlink_words.h"
 
-namespace gatefield::mavlink {
+namespace gatefield::firmware::mavlink {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -138,4 +138,4 @@ TEST(Validate, RefusesTextThatCouldForgeALine) {
 }
 
 }  // namespace
-}  // namespace gatefield::mavlink
+}  // namespace gatefield::firmware::mavlink
