@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "client/flight/clock.h"
 #include "client/flight/ports.h"
 
 /// Bridges to flight controllers: each firmware one folder, behind the ports of client/flight.
@@ -17,6 +18,8 @@ class Vehicle {
   virtual flight::StateSource* states() noexcept = 0;
   virtual flight::Actuator& actuator() noexcept = 0;
   virtual flight::FlightController& flight_controller() noexcept = 0;
+  /// What the loop waits by, where the vehicle has work to do meanwhile; null: any clock.
+  virtual flight::LoopClock* clock() noexcept { return nullptr; }
 
   /// What was found there, a line each: firmware, version, settings that matter.
   virtual std::vector<std::string> description() const = 0;
