@@ -61,8 +61,8 @@ std::optional<double> RateLags::lag_s(int axis_index) const noexcept {
 bool RateLags::unlike_told() const noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     const auto lag = lag_s(axis);
-    const double told_s = axes_[static_cast<std::size_t>(axis)].told_s;
-    if (lag && (*lag > kUnlike * told_s || *lag < told_s / kUnlike)) return true;
+    const double expected_s = kOfStep * axes_[static_cast<std::size_t>(axis)].told_s;
+    if (lag && (*lag > kUnlike * expected_s || *lag < expected_s / kUnlike)) return true;
   }
   return false;
 }

@@ -22,7 +22,9 @@ class RateLags {
   /// Nothing is said before as much was seen, and as long as the command's own mean square change is below kLeastMotion.
   static constexpr Stamp kWarmUp = std::chrono::milliseconds(1500);
   static constexpr double kLeastMotion_rad_s = 0.3;
-  /// A lag that differs by more than this factor is told to people.
+  /// A loop that overshoots a little follows what changes slowly more closely than the time in which 63 % of its step
+  /// are there: by this part of it. A lag farther from that than by the factor kUnlike is told to people.
+  static constexpr double kOfStep = 0.8;
   static constexpr double kUnlike = 1.4;
 
   /// @pre validate(told).ok() and told.kind is kBodyRates
