@@ -215,7 +215,7 @@ TEST_F(BundleTest, RefusesFilesThatWouldFillTheMemory) {
   EXPECT_THAT(complaint(), AllOf(HasSubstr("decoder.onnx"), HasSubstr("too many")));
 
   std::filesystem::resize_file(folder_ / "decoder.onnx", (64u << 20) + 1);
-  EXPECT_THAT(complaint(), AllOf(HasSubstr("decoder.onnx"), HasSubstr("at most 67108864")));
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("decoder.onnx"), HasSubstr("is larger than 67108864 bytes")));
 }
 
 TEST_F(BundleTest, RefusesNestingWithoutEnd) {
