@@ -5,6 +5,7 @@
 
 #include "client/flight/depth_sender.h"
 #include "client/flight/plan_watch.h"
+#include "client/flight/supervision.h"
 #include "common/base/text.h"
 
 namespace gatefield::flight {
@@ -44,16 +45,55 @@ class Loop {
     const auto state = newest_state(now);
     if (state) send_if_due(elapsed, *state);
     hear_plans();
-    if (state && plans_.heard_any()) {
-      apply(now, state->state);
+    if (ports_.controller != nullptr) {
+      supervise(now, state);
+    } else if (state && plans_.heard_any()) {
+      apply(now, client_.play(now, state->state, period_));
     } else {
       ports_.actuator->hold(now);
     }
 
     const Stamp silent_since = plans_.heard_any() ? plans_.newest() : begin_;
-    if (ports_.observer != nullptr && !ports_.observer->goes_on()) return end(End::kOver);
-    if (woke - silent_since > options_.give_up) return end(End::kGivenUp);
-    if (stop_) return end(End::kStopped);
+    if (ports_.observer != nullptr && !ports_.observer->goes_on()) {
+      wants_end(End::kOver);
+    } else if (woke - silent_since > options_.give_up) {
+      wants_end(End::kGivenUp);
+    } else if (stop_) {
+      wants_end(End::kStopped);
+    }
+    ended_ = why_ && (ports_.controller == nullptr || down(now));
+  }
+
+  void supervise(Stamp now, const std::optional<TimedState>& state) noexcept {
+    sdk::Setpoint plan;
+    if (state && plans_.heard_any()) plan = client_.play(now, state->state, period_);
+    observation_.state = state;
+    observation_.plan_valid = plan.source == sdk::Setpoint::Source::kPlan;
+    if (!plans_.heard_any() || now - plans_.newest() > std::chrono::seconds(1)) observation_.round_trip.reset();
+    observation_.problems = client_.problems();
+    observation_.stop_asked = why_.has_value();
+    observation_.controller = ports_.controller->newest(now);
+
+    const Stamp phase_since = ports_.supervision->directive().since;
+    const auto setpoint = ports_.supervision->step(now, observation_, plan);
+    const Directive& directive = ports_.supervision->directive();
+    if (directive.since != phase_since && ports_.observer != nullptr) ports_.observer->on_phase(directive);
+    if (directive.phase == Phase::kKilled) wants_end(End::kKilled);
+    ports_.controller->want(now, wanted(directive.phase));
+    if (setpoint) {
+      apply(now, *setpoint);
+    } else {
+      ports_.actuator->hold(now);
+    }
+  }
+
+  // A supervised vehicle may be left alone: its motors are off, or it is in other hands.
+  bool down(Stamp now) const noexcept {
+    const Directive& directive = ports_.supervision->directive();
+    if (directive.phase != Phase::kKilled)
+      return !contains(kInTheAir | Phase::kArming | Phase::kLanded, directive.phase);
+    const bool off = observation_.controller && !observation_.controller->armed;
+    return off || now - directive.since >= std::chrono::seconds(1);
   }
 
   void note_lateness(Stamp late) noexcept {
@@ -65,7 +105,7 @@ class Loop {
 
   std::optional<TimedState> newest_state(Stamp now) noexcept {
     auto state = ports_.states->newest(now);
-    if (state && applied_ && ports_.actuator->accepts() != SetpointPart::kRotorThrustRates)
+    if (state && applied_ && ports_.actuator->accepts() == SetpointPart::kRotorThrusts)
       state->state.thrust_command_n = applied_->rotor_thrust_n;
     return state;
   }
@@ -82,20 +122,23 @@ class Loop {
     const Stamp arrival = clock_.now();
     while (const auto plan = client_.newest()) {
       plans_.on_plan(plan->sequence, arrival);
+      observation_.round_trip = arrival - plan->answers_stamp;
+      observation_.field_seen = plan->health.latent_age_s >= 0;
+      observation_.race_over = plan->health.course_done;
       if (ports_.observer != nullptr) ports_.observer->on_plan(*plan);
     }
   }
 
-  void apply(Stamp now, const QuadrotorState& state) {
-    applied_ = client_.play(now, state, period_);
+  void apply(Stamp now, const sdk::Setpoint& setpoint) noexcept {
+    applied_ = setpoint;
     if (applied_->source == sdk::Setpoint::Source::kFallback) statistics_.on_fallback += period_;
     statistics_.flown += period_;
     ports_.actuator->apply(now, *applied_);
   }
 
-  void end(End how) noexcept {
-    statistics_.end = how;
-    ended_ = true;
+  void wants_end(End why) noexcept {
+    if (!why_) why_ = why;
+    statistics_.end = *why_;
   }
 
   const Ports ports_;
@@ -109,6 +152,8 @@ class Loop {
   Stamp next_state_{0};  // on the scale of `elapsed`
   Stamp last_sent_{0};
   std::optional<sdk::Setpoint> applied_;
+  Observation observation_;  // what a supervised vehicle's supervisor is told
+  std::optional<End> why_;   // why the loop is to end
   bool ended_ = false;
   LoopStatistics statistics_;
 };

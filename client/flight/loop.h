@@ -23,16 +23,21 @@ struct LoopOptions {
 /// Says which field is wrong and why: state rate 10 to 1000 Hz, tolerances from zero, give_up more than zero.
 Status validate(const LoopOptions& options);
 
+class Supervision;
+
 struct Ports {
   StateSource* states = nullptr;
   DepthSource* depth = nullptr;  ///< null: no camera
   Actuator* actuator = nullptr;
-  Observer* observer = nullptr;  ///< null: nobody watches
+  Observer* observer = nullptr;            ///< null: nobody watches
+  FlightController* controller = nullptr;  ///< null: nothing to arm, the vehicle is not supervised
+  Supervision* supervision = nullptr;      ///< with a controller
 };
 
 enum class End {
   kOver,     ///< the observer said so
   kGivenUp,  ///< no plan for LoopOptions::give_up
+  kKilled,   ///< the supervisor had the motors stopped
   kStopped,  ///< the stop flag
 };
 
@@ -44,7 +49,7 @@ struct LoopStatistics {
   Stamp worst_late{0};
   Stamp slipped{0};                   ///< time given up on, see LoopOptions::slip_after
   Stamp flown{0};                     ///< time during which setpoints were applied
-  Stamp on_fallback{0};               ///< of that, without a valid plan
+  Stamp on_fallback{0};               ///< of that, not by a plan
   std::uint64_t control_periods = 0;  ///< of the session, since the first plan
   std::uint64_t periods_without_plan = 0;
   std::uint64_t states_sent = 0;
@@ -60,9 +65,15 @@ struct LoopStatistics {
 ///
 /// After the end nothing is applied any more: who owns the motors sees to what comes then.
 ///
+/// With a flight controller the vehicle is supervised: what is applied is what the supervision makes of the plan, and
+/// the controller is told what is wanted of it each step. Whatever would end the loop (stop, the observer, no plan for
+/// too long) asks the supervisor to land, and the loop ends when the motors are off, the vehicle is killed, or somebody
+/// else flies it. A kill is told for a second, or until the controller is disarmed.
+///
 /// Real-time safe: the loop allocates nothing, takes no lock and waits for nothing but its next step; what the client's
 /// send_state() and newest() do is the client's affair.
-/// @pre states and actuator are set, validate(options), and the client has joined a session
+/// @pre states and actuator are set, supervision is where controller is, validate(options), and the client has joined a
+///      session
 /// @param stop  true: the loop ends within a period
 LoopStatistics run_loop(const Ports& ports, sdk::Client* client, const LoopOptions& options, LoopClock* clock,
                         const std::atomic<bool>& stop);

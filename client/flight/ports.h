@@ -14,6 +14,8 @@
 /// hardware in the loop. All stamps are of the loop's clock.
 namespace gatefield::flight {
 
+struct Directive;  // supervisor.h
+
 struct TimedState {
   Stamp stamp{0};  ///< when the state held
   QuadrotorState state;
@@ -57,17 +59,68 @@ enum class SetpointPart : std::uint8_t {
 class Actuator {
  public:
   virtual ~Actuator() = default;
-  /// What apply() reads of a setpoint. It stays the same. A vehicle that takes thrust rates integrates them, and its
-  /// states say the thrusts it has come to; for the others the loop fills in state.thrust_command_n with the thrusts of
-  /// the setpoint that was applied last.
+  /// What apply() reads of a setpoint. It stays the same, and fits the session's Actuation: collective thrust and body
+  /// rates for kBodyRates, one of the two others for kRotorThrusts. A vehicle that takes thrust rates integrates them,
+  /// and its states say the thrusts it has come to; for one that takes thrusts the loop fills in state.thrust_command_n
+  /// with those of the setpoint that was applied last; one that takes body rates needs none.
   virtual SetpointPart accepts() const noexcept = 0;
   /// How often apply() or hold() is called: the loop's period. It stays the same.
   virtual Stamp period() const noexcept = 0;
   /// Does this for a period from `now` on.
   virtual void apply(Stamp now, const sdk::Setpoint& setpoint) noexcept = 0;
-  /// No plan or no state has come yet: the vehicle stays where it is, by whatever keeps it there (the ground, a hand,
-  /// its flight controller).
+  /// There is nothing to do: no plan or no state has come yet, or a supervised vehicle stands on the ground or is flown
+  /// by somebody else. It stays where it is, by whatever keeps it there (the ground, a hand, its flight controller);
+  /// motors that would obey us idle.
   virtual void hold(Stamp now) noexcept = 0;
+};
+
+/// What a person's radio says. A switch that the radio does not have is false.
+struct PilotSwitches {
+  bool arm = false;        ///< the motors may turn
+  bool take_over = false;  ///< the person flies by hand
+  bool kill = false;       ///< motors off at once, in the air, too
+};
+
+/// What the firmware does when our setpoints stop, as its settings were read back.
+enum class FirmwareFailsafe : std::uint8_t {
+  kNotChecked,  ///< the settings can't be read, or were not yet
+  kGood,        ///< it lands, stops the motors or gives the vehicle to the person, within a few seconds
+  kBad,         ///< it is off, or goes on with the last setpoint
+};
+
+/// What a flight controller says of itself.
+struct ControllerStatus {
+  Stamp stamp{0};                      ///< when the last word of it was heard; it must keep rising
+  bool armed = false;                  ///< the motors turn, or would if a setpoint asked them to
+  bool follows_us = false;             ///< our setpoints are what it flies: OFFBOARD, GUIDED, override by MSP
+  bool own_failsafe = false;           ///< its own failsafe flies
+  std::optional<bool> on_ground;       ///< by its own detector; empty: it has none
+  std::optional<PilotSwitches> pilot;  ///< empty: no radio, or it is not heard now
+  std::optional<double> battery_v;     ///< the whole pack under load
+  /// Accelerometer along z of B (up), gravity not taken off: 9.81 at rest.
+  std::optional<double> specific_force_z_m_s2;
+  /// Its own attitude, which holds without a position; the heading may count from anywhere.
+  std::optional<PlainQuaternion> q_WB;
+  FirmwareFailsafe failsafe = FirmwareFailsafe::kNotChecked;
+};
+
+/// What is wanted of a flight controller. Only one of them asks for turning motors.
+enum class Wanted : std::uint8_t {
+  kDisarmed,  ///< on the ground, motors off: disarm it if it is armed. It may refuse in the air.
+  kReleased,  ///< somebody else flies (the person, its own failsafe): ask for nothing, take nothing back
+  kArmed,     ///< armed, and following us: ask for what is missing. Whose arming is the person's switch alone waits.
+  kKilled,    ///< motors off at once, in the air, too
+};
+
+/// Arms, disarms and reports. Called on the loop's thread: no wait, no allocation.
+class FlightController {
+ public:
+  virtual ~FlightController() = default;
+  /// What it said last; empty: nothing yet. The same may be given again.
+  virtual std::optional<ControllerStatus> newest(Stamp now) noexcept = 0;
+  /// Told once a step, before apply() or hold(), and again for as long as it is wanted: who implements it decides how
+  /// often a request is sent again until the status says that it was followed. Nothing else may arm.
+  virtual void want(Stamp now, Wanted wanted) noexcept = 0;
 };
 
 /// Watches the loop. Called on the loop's thread: no wait, no allocation.
@@ -78,6 +131,8 @@ class Observer {
   virtual void on_plan(const protocol::ThrustRateCommand& plan) noexcept = 0;
   /// Asked at the end of each step. @return false: the flight is over
   virtual bool goes_on() noexcept = 0;
+  /// A supervised vehicle has entered another phase.
+  virtual void on_phase(const Directive&) noexcept {}
 };
 
 }  // namespace gatefield::flight

@@ -166,6 +166,7 @@ Result<config::ScenarioFile> scenario_of(const fs::path& file, const CellSpec& s
   }
   if (spec.has_state_noise()) *scenario.mutable_state_noise() = spec.state_noise();
   if (spec.has_mismatch()) *scenario.mutable_mismatch() = spec.mismatch();
+  if (spec.has_actuation()) *scenario.mutable_actuation() = spec.actuation();
   if (spec.has_camera_rate_hz()) scenario.set_camera_rate_hz(spec.camera_rate_hz());
   if (spec.has_time_limit_s()) scenario.set_time_limit_s(spec.time_limit_s());
   scenario.clear_seed();
@@ -355,6 +356,10 @@ Result<Campaign> single_cell_campaign(const SingleCell& asked) {
   cell->set_name(name.substr(0, 60));
   cell->set_scenario(asked.scenario);
   for (const double speed_m_s : asked.speeds_m_s) cell->add_speed_m_s(speed_m_s);
+  if (asked.actuation)
+    cell->mutable_actuation()->set_kind(*asked.actuation == Actuation::Kind::kBodyRates
+                                            ? config::ActuationSpec::BODY_RATES
+                                            : config::ActuationSpec::ROTOR_THRUSTS);
   cell->set_profile(asked.profile);
   cell->set_model(asked.model);
   cell->mutable_seeds()->set_first(asked.seeds.first);

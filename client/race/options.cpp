@@ -7,6 +7,7 @@
 
 #include "client/race/single_cell.h"
 #include "common/config/locate.h"
+#include "common/config/vehicle.h"
 
 namespace gatefield::race {
 namespace {
@@ -119,7 +120,7 @@ Result<Campaign> campaign_of(const Arguments& a) {
     if (!file) return file.failure();
     return load_campaign(*file);
   }
-  SingleCell asked{a.scenario, a.profile, a.model, a.speeds_m_s, {1, 20}, {}, a.link};
+  SingleCell asked{a.scenario, a.profile, a.model, a.speeds_m_s, {1, 20}, {}, a.link, a.actuation};
   if (a.laps > 0) asked.laps = a.laps;
   return single_cell_campaign(asked);
 }
@@ -155,6 +156,10 @@ void declare(CLI::App* app, Arguments* a) {
   fly->add_option("--profile", a->profile, "Planner profile of the server")->capture_default_str();
   fly->add_option("--model", a->model, "Model: a folder, or the name of a shipped one")->capture_default_str();
   fly->add_option("--laps", a->laps, "Laps in place of the course's; 0 = the course's")->capture_default_str();
+  fly->add_option("--actuation", a->actuation,
+                  "How the vehicle is driven: rotor-thrusts or body-rates (default: the scenario's, else the vehicle "
+                  "file's)")
+      ->transform(CLI::CheckedTransformer(config::actuation_names(), CLI::ignore_case));
   fly->add_option("--delay-each-way-ms", a->link.each_way_ms, "Delay of the link, there and again back")
       ->capture_default_str();
   fly->add_option("--jitter-ms", a->link.jitter_ms, "And up to this much more")->capture_default_str();

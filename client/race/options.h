@@ -25,6 +25,7 @@ struct Arguments {
   std::string scenario = "circle-0.3m", profile = "race", model = "race";
   std::vector<double> speeds_m_s{7.0};
   int laps = 0;
+  std::optional<Actuation::Kind> actuation;
   Link link;
 };
 

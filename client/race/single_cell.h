@@ -15,6 +15,7 @@ struct SingleCell {
   SeedRange seeds;
   std::optional<int> laps;
   Link link;
+  std::optional<Actuation::Kind> actuation{};  ///< in place of the scenario's and the vehicle's
 };
 
 /// A campaign of that cell alone, named after its scenario. Errors: as load_campaign(); the sentences begin with

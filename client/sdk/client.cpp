@@ -60,7 +60,8 @@ class Window {
 
 class DdsClient final : public Client, private dds::ClientHandler {
  public:
-  explicit DdsClient(const Options& options) : options_(options), logic_(fresh_number()), fallback_(options.quadrotor) {
+  explicit DdsClient(const Options& options)
+      : options_(options), logic_(fresh_number()), fallback_(options.quadrotor, options.actuation) {
     frame_.vehicle = options.vehicle;
     last_state_.vehicle = options.vehicle;
   }
@@ -303,7 +304,9 @@ class DdsClient final : public Client, private dds::ClientHandler {
   void on_command(const protocol::ThrustRateCommand& command) override {
     {
       const std::lock_guard lock(mutex_);
-      const SessionLogic::Heard heard = logic_.on_command(command);
+      const SessionLogic::Heard heard = command.actuation == options_.actuation.kind
+                                            ? logic_.on_command(command)
+                                            : SessionLogic::Heard::kForeign;  // this vehicle could not follow it
       if (heard == SessionLogic::Heard::kForeign) ++rejected_;
       if (heard != SessionLogic::Heard::kNew) return;
       ++commands_;

@@ -6,14 +6,20 @@
 namespace gatefield::sdk {
 namespace {
 
-constexpr double kMaxBrake_m_s2 = 5.0;  // 27 deg of tilt
 constexpr double kMaxClimb_m_s2 = 4.0;  // up and down
 constexpr double kMaxRate_rad_s = 6.0;  // asked for while levelling out
 constexpr double kThrustLag_s = 0.02;   // how fast the commanded thrust follows
+constexpr double kMixerShare = 0.1;     // of all thrust, what a flight controller's mixer needs to turn the vehicle
+
+// How fast the body rates follow, 1/s: by rotors through a torque that lags, or by a rate loop of its own lag.
+double rate_gain(const QuadrotorModel& model, const Actuation& actuation) {
+  if (actuation.kind == Actuation::Kind::kBodyRates) return 1.0 / actuation.rate_time_constant_s.head<2>().maxCoeff();
+  return 0.5 / model.rotor_time_constant_s;
+}
 
 }  // namespace
 
-Fallback::Fallback(const QuadrotorModel& model) : model_(model) {
+Fallback::Fallback(const QuadrotorModel& model, const Actuation& actuation) : model_(model), kind_(actuation.kind) {
   Eigen::Matrix4d wrench_from_thrust;
   for (Eigen::Index i = 0; i < kRotors; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -23,7 +29,7 @@ Fallback::Fallback(const QuadrotorModel& model) : model_(model) {
   // Least squares: a layout that cannot make some torque still gets the others.
   thrust_from_wrench_ = wrench_from_thrust.completeOrthogonalDecomposition().pseudoInverse();
 
-  rate_gain_s_ = std::min(20.0, 0.5 / model.rotor_time_constant_s);
+  rate_gain_s_ = std::min(20.0, rate_gain(model, actuation));
   attitude_gain_s_ = rate_gain_s_ / 3.5;
   velocity_gain_s_ = std::min(2.0, attitude_gain_s_ / 3);
   height_gain_s2_ = velocity_gain_s_ * velocity_gain_s_ / 4;  // critically damped
@@ -51,21 +57,29 @@ Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
     hold_z_m_ = state.p_WB.z();
   }
   const double sinking_s = std::max(0.0, seconds(now - *began_ - kHold));
-  const double goal_z_m = hold_z_m_ - kDescent_m_s * sinking_s;
-  const double goal_vz_m_s = sinking_s > 0 ? -kDescent_m_s : 0.0;
+  Goal goal;
+  goal.z_m = hold_z_m_ - kDescent_m_s * sinking_s;
+  goal.v_W.z() = sinking_s > 0 ? -kDescent_m_s : 0.0;
+  return toward(goal, state);
+}
 
-  Eigen::Vector3d a_W = -velocity_gain_s_ * state.v_WB;
-  a_W.z() = velocity_gain_s_ * (goal_vz_m_s - state.v_WB.z()) + height_gain_s2_ * (goal_z_m - state.p_WB.z());
+Setpoint Fallback::toward(const Goal& goal, const QuadrotorState& state) const noexcept {
+  Eigen::Vector3d a_W = velocity_gain_s_ * (goal.v_W - state.v_WB) + goal.a_W;
+  a_W.z() += height_gain_s2_ * (goal.z_m - state.p_WB.z());
   a_W.z() = std::clamp(a_W.z(), -kMaxClimb_m_s2, kMaxClimb_m_s2);
   if (const double brake = a_W.head<2>().norm(); brake > kMaxBrake_m_s2) a_W.head<2>() *= kMaxBrake_m_s2 / brake;
 
-  const Eigen::Matrix3d R_WB = state.q_WB.normalized().toRotationMatrix();
   // Drag helps to brake; only along z it would take height away.
+  const Eigen::Matrix3d R_WB = state.q_WB.normalized().toRotationMatrix();
   const Eigen::Vector3d drag_W = R_WB * model_.drag_kg_s.cwiseProduct(R_WB.transpose() * state.v_WB);
   Eigen::Vector3d f_W = model_.mass_kg * (a_W + Eigen::Vector3d(0, 0, kGravity_m_s2));
   f_W.z() += drag_W.z();
   f_W.z() = std::max(f_W.z(), 0.1 * model_.mass_kg * kGravity_m_s2);  // never ask to fly upside down
+  return push(f_W, state);
+}
 
+Setpoint Fallback::push(const Eigen::Vector3d& f_W, const QuadrotorState& state) const noexcept {
+  const Eigen::Matrix3d R_WB = state.q_WB.normalized().toRotationMatrix();
   // The short way from the body's z axis (0, 0, 1) to the wanted one, both in B.
   const Eigen::Vector3d up_B = R_WB.transpose() * f_W.normalized();
   const Eigen::Vector2d axis_B(-up_B.y(), up_B.x());
@@ -78,15 +92,20 @@ Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
     w_goal_B.x() = attitude_gain_s_ * angle;
   if (const double rate = w_goal_B.norm(); rate > kMaxRate_rad_s) w_goal_B *= kMaxRate_rad_s / rate;
 
+  // While the vehicle lies on its side or back, thrust pushes the wrong way: only as much as points up.
+  const double collective_n = std::max(0.0, f_W.dot(R_WB.col(2)));
+  return kind_ == Actuation::Kind::kBodyRates ? by_rates(collective_n, w_goal_B)
+                                              : by_rotors(state, collective_n, w_goal_B);
+}
+
+Setpoint Fallback::by_rotors(const QuadrotorState& state, double collective_n,
+                             const Eigen::Vector3d& w_goal_B) const noexcept {
   const Eigen::Vector3d& J = model_.inertia_kg_m2;
   const Eigen::Vector3d& w_B = state.w_WB_B;
   Eigen::Vector3d torque_B = J.cwiseProduct(rate_gain_s_ * (w_goal_B - w_B)) + w_B.cross(J.cwiseProduct(w_B));
   // Yaw has the least authority and matters least: it must not use up what roll and pitch need.
   const double yaw_limit = 0.2 * model_.torque_per_thrust_m * kRotors * model_.thrust_max_n;
   torque_B.z() = std::clamp(torque_B.z(), -yaw_limit, yaw_limit);
-
-  // While the vehicle lies on its side or back, thrust pushes the wrong way: only as much as points up.
-  const double collective_n = std::max(0.0, f_W.dot(R_WB.col(2)));
 
   Setpoint setpoint;
   setpoint.source = Setpoint::Source::kFallback;
@@ -96,6 +115,19 @@ Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
   setpoint.thrust_rate_n_s = ((setpoint.rotor_thrust_n - state.thrust_command_n) / kThrustLag_s)
                                  .cwiseMax(-model_.thrust_rate_max_n_s)
                                  .cwiseMin(model_.thrust_rate_max_n_s);
+  return setpoint;
+}
+
+Setpoint Fallback::by_rates(double collective_n, const Eigen::Vector3d& w_goal_B) const noexcept {
+  const double all_n = kRotors * model_.thrust_max_n;
+  Setpoint setpoint;
+  setpoint.source = Setpoint::Source::kFallback;
+  setpoint.collective_thrust_n =
+      std::min(std::max({collective_n, kMixerShare * all_n, kRotors * model_.thrust_min_n}), all_n);
+  setpoint.body_rates_rad_s = w_goal_B;
+  for (Eigen::Index i = 0; i < 3; ++i)
+    if (const double limit = model_.body_rate_max_rad_s[i]; limit > 0)
+      setpoint.body_rates_rad_s[i] = std::clamp(w_goal_B[i], -limit, limit);
   return setpoint;
 }
 

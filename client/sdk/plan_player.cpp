@@ -12,10 +12,12 @@ void PlanPlayer::take(const protocol::ThrustRateCommand& command) noexcept {
   plan.start = command.plan_start;
   plan.step = command.plan_step;
   plan.steps = std::clamp(command.steps, 0, protocol::kMaxPlanSteps);
+  plan.kind = command.actuation;
   plan.end = command.plan_start + std::min<Stamp>(command.validity, plan.steps * command.plan_step);
   for (std::size_t k = 0; k < static_cast<std::size_t>(plan.steps); ++k) {
     plan.thrust_rate_n_s[k] = command.thrust_rate_n_s[k];
     plan.rotor_thrust_n[k] = command.rotor_thrust_n[k];
+    plan.collective_thrust_n[k] = command.collective_thrust_n[k];
     plan.body_rates_rad_s[k] = command.body_rates_rad_s[k];
   }
 }
@@ -39,7 +41,13 @@ Setpoint PlanPlayer::point(const Plan& plan, Stamp now, Stamp period) noexcept {
   };
   Setpoint setpoint;
   setpoint.source = Setpoint::Source::kPlan;
-  setpoint.thrust_rate_n_s = plan.thrust_rate_n_s[static_cast<std::size_t>(interval(now - plan.start))];
+  const auto holds = static_cast<std::size_t>(interval(now - plan.start));
+  if (plan.kind == Actuation::Kind::kBodyRates) {
+    setpoint.collective_thrust_n = plan.collective_thrust_n[holds];
+    setpoint.body_rates_rad_s = plan.body_rates_rad_s[holds];
+    return setpoint;
+  }
+  setpoint.thrust_rate_n_s = plan.thrust_rate_n_s[holds];
 
   const Stamp elapsed = std::min<Stamp>(now + period - plan.start, plan.steps * plan.step);
   const auto k = static_cast<std::size_t>(interval(elapsed));

@@ -7,6 +7,20 @@
 #include "common/protocol/validate.h"
 
 namespace gatefield::simulator {
+namespace {
+
+/// What the command line says of how the vehicle is driven, and how that is in truth.
+Status read_drive(const Arguments& a, config::Scenario* scenario) {
+  if (a.actuation) scenario->vehicle.actuation = config::driven_by(scenario->vehicle, *a.actuation);
+  config::Mismatch& mismatch = scenario->mismatch;
+  if (a.rate_loop_factor) mismatch.rate_lag_factor = *a.rate_loop_factor;
+  if (a.setpoint_delay_ms) mismatch.setpoint_delay = from_seconds(1e-3 * *a.setpoint_delay_ms);
+  if (a.thrust_factor) mismatch.thrust_factor = *a.thrust_factor;
+  if (auto status = config::validate(mismatch); !status) return status;
+  return config::validate(mismatch, scenario->vehicle.actuation);
+}
+
+}  // namespace
 
 void declare(CLI::App* app, Arguments* a) {
   app->description(
@@ -18,6 +32,8 @@ void declare(CLI::App* app, Arguments* a) {
       "  gatefield-sim --scenario circle-0.3m --speed 7 --picture flight.png     one race at 7 m/s, with a picture\n"
       "  gatefield-sim --scenario circle-0.3m --seed 12                          the same race with other gates\n"
       "  gatefield-sim --scenario circle-yaw30 --realtime                        at the speed of the real world\n"
+      "  gatefield-sim --actuation body-rates --setpoint-delay-ms 20             through a flight controller's rate "
+      "loop\n"
       "  gatefield-sim --course my/course.txt --vehicle my/drone.txt             files of your own "
       "(docs/courses-and-vehicles.md)\n"
       "\nExit code\n"
@@ -40,6 +56,19 @@ void declare(CLI::App* app, Arguments* a) {
   app->add_option("--yaw-noise", a->yaw_noise_deg, "Turn of the gates in degrees, in place of the scenario's")
       ->group("Race");
   app->add_option("--camera-rate", a->camera_rate_hz, "Depth frames per second, in place of the vehicle's")
+      ->group("Race");
+  app->add_option("--actuation", a->actuation,
+                  "How the vehicle is driven: rotor-thrusts or body-rates (default: the scenario's, else the vehicle "
+                  "file's)")
+      ->transform(CLI::CheckedTransformer(config::actuation_names(), CLI::ignore_case))
+      ->group("Race");
+  app->add_option("--rate-loop-factor", a->rate_loop_factor,
+                  "Time constants of the true rate loop against those told, in place of the scenario's")
+      ->group("Race");
+  app->add_option("--setpoint-delay-ms", a->setpoint_delay_ms,
+                  "From setpoint to the true rate loop, in place of the scenario's")
+      ->group("Race");
+  app->add_option("--thrust-factor", a->thrust_factor, "True thrust against what is told, in place of the scenario's")
       ->group("Race");
   app->add_option("--time-limit", a->time_limit_s, "Longest race in seconds, in place of the scenario's")
       ->check(CLI::Range(1.0, 86400.0))
@@ -133,6 +162,7 @@ Result<config::Scenario> read_scenario(const Arguments& a) {
   }
   if (a.yaw_noise_deg) scenario->perturbation.yaw_rad = *a.yaw_noise_deg * std::numbers::pi / 180.0;
   if (auto status = config::validate(scenario->perturbation); !status) return status.failure().within("command line: ");
+  if (auto status = read_drive(a, &*scenario); !status) return status.failure().within("command line: ");
   if (a.camera_rate_hz) scenario->vehicle.camera.rate_hz = *a.camera_rate_hz;
   if (auto status = validate(scenario->vehicle.camera); !status) return status.failure().within("command line: ");
   if (a.time_limit_s) scenario->time_limit = from_seconds(*a.time_limit_s);

@@ -18,9 +18,11 @@ Rules rules_of(const config::Scenario& scenario) {
 
 }  // namespace
 
-JudgedVehicle::JudgedVehicle(const config::Scenario& scenario, const scene::World& world, std::unique_ptr<Plant> plant)
+JudgedVehicle::JudgedVehicle(const config::Scenario& scenario, const scene::World& world, std::unique_ptr<Plant> plant,
+                             Drive drive)
     : scenario_(scenario),
       plant_(std::move(plant)),
+      drive_(std::move(drive)),
       referee_(world, config::passages(scenario.track.course), rules_of(scenario), start_state(scenario).p_WB) {
   plant_->set_state(start_state(scenario));
   samples_.reserve(
@@ -47,7 +49,7 @@ Progress JudgedVehicle::progress() const noexcept {
 void JudgedVehicle::advance(const sdk::Setpoint& setpoint) {
   if (setpoint.source == sdk::Setpoint::Source::kFallback) fallback_s_ += seconds(Plant::kStep);
   if (race_time_ % kSamplePeriod == Stamp{0}) record(race_time_, setpoint);
-  plant_->step(setpoint.thrust_rate_n_s);
+  drive_.step(setpoint, plant_.get());
   const double speed_m_s = truth().v_WB.norm();
   top_speed_m_s_ = std::max(top_speed_m_s_, speed_m_s);
   distance_m_ += speed_m_s * seconds(Plant::kStep);
@@ -64,6 +66,8 @@ void JudgedVehicle::fill(Report* report) {
   record(referee_.end_time(), last_setpoint_);
   report->seed = scenario_.seed;
   report->planner_seed = config::planner_seed_of(scenario_);
+  report->actuation = scenario_.vehicle.actuation;
+  report->mismatch = scenario_.mismatch;
   report->outcome = referee_.outcome();
   report->sentence = referee_.sentence();
   report->passes = referee_.passes();

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "client/simulator/drive.h"
 #include "client/simulator/plant.h"
 #include "client/simulator/referee.h"
 #include "client/simulator/run_log.h"
@@ -16,9 +17,12 @@ class JudgedVehicle {
  public:
   /// @param scenario  outlives this
   /// @param plant     of `world` and the scenario's true vehicle; is put at the start
-  JudgedVehicle(const config::Scenario& scenario, const scene::World& world, std::unique_ptr<Plant> plant);
+  JudgedVehicle(const config::Scenario& scenario, const scene::World& world, std::unique_ptr<Plant> plant, Drive drive);
 
   const QuadrotorState& truth() const noexcept { return plant_->state(); }
+  /// What the vehicle could know of it, but for errors of measurement.
+  QuadrotorState known() const noexcept { return drive_.known(truth()); }
+  bool thrust_known() const noexcept { return drive_.thrust_known(); }
   Eigen::Isometry3d pose() const noexcept;
   Stamp race_time() const noexcept { return race_time_; }
   bool decided() const noexcept { return referee_.decided(); }
@@ -41,6 +45,7 @@ class JudgedVehicle {
 
   const config::Scenario& scenario_;
   std::unique_ptr<Plant> plant_;
+  Drive drive_;
   Referee referee_;
   Stamp race_time_{0};
   protocol::PlannerHealth health_;

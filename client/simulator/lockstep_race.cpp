@@ -19,7 +19,7 @@ class LockstepRace {
         link_({race.options.link_delay, race.options.link_jitter, race.options.link_loss}, race.scenario.seed) {}
 
   void run() {
-    link_.begin(race_.estimator.estimate(race_.vehicle.truth()));
+    link_.begin(race_.estimator.estimate(race_.vehicle.known()));
     last_answer_ = MonotonicClock().now();
     while (!race_.vehicle.decided()) step();
   }
@@ -29,7 +29,7 @@ class LockstepRace {
   void step() {
     const Stamp race_time = race_.vehicle.race_time();
     const Stamp now = kLockstepEpoch + race_time;
-    const QuadrotorState estimate = race_.estimator.estimate(race_.vehicle.truth());
+    const QuadrotorState estimate = race_.estimator.estimate(race_.vehicle.known());
     link_.remember(estimate);
     if (race_time >= next_frame_) {
       capture(now);
@@ -67,7 +67,7 @@ class LockstepRace {
         race_.client.send_depth(frame->stamp, frame->metres.depth_m);
       }
     }
-    const std::uint64_t sequence = race_.client.send_state(state.stamp, state.state);
+    const std::uint64_t sequence = race_.client.send_state(state.stamp, state.state, race_.vehicle.thrust_known());
     ++report_.control_ticks;
     if (answered(sequence)) {
       last_answer_ = MonotonicClock().now();

@@ -16,10 +16,10 @@ namespace {
 
 std::string subtitle(const Arguments& a, const config::Scenario& scenario, const Report& report) {
   const double turned_deg = scenario.perturbation.yaw_rad * 180.0 / std::numbers::pi;
-  return "seed " + text(scenario.seed) + ", profile " + a.profile + ", gates displaced " +
-         fixed(scenario.perturbation.position_m, 2) + " m, turned " + fixed(turned_deg, 0) + " deg; top speed " +
-         fixed(report.top_speed_m_s, 2) + " m/s, mean " + fixed(report.mean_speed_m_s, 2) + " m/s; " +
-         (report.timing == protocol::Timing::kLockstep ? "lockstep" : "real time");
+  return "seed " + text(scenario.seed) + ", profile " + a.profile + ", " + in_words(report.actuation, report.mismatch) +
+         ", gates displaced " + fixed(scenario.perturbation.position_m, 2) + " m, turned " + fixed(turned_deg, 0) +
+         " deg; top speed " + fixed(report.top_speed_m_s, 2) + " m/s, mean " + fixed(report.mean_speed_m_s, 2) +
+         " m/s; " + (report.timing == protocol::Timing::kLockstep ? "lockstep" : "real time");
 }
 
 }  // namespace

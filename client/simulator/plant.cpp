@@ -114,10 +114,21 @@ void Plant::set_state(const QuadrotorState& state) noexcept {
 }
 
 void Plant::step(const ThrustRates& u) noexcept {
-  const double dt_s = seconds(kStep);
   QuadrotorState rotors = state_;
-  step_rotors(model_, u, dt_s, &rotors);
+  step_rotors(model_, u, seconds(kStep), &rotors);
+  step_body(rotors);
+}
 
+void Plant::step_held(const PlainVector4& thrust_command_n) noexcept {
+  QuadrotorState rotors = state_;
+  rotors.thrust_command_n = thrust_command_n.cwiseMax(model_.thrust_min_n).cwiseMin(model_.thrust_max_n);
+  const double decay = std::exp(-seconds(kStep) / model_.rotor_time_constant_s);
+  rotors.thrust_n = rotors.thrust_command_n + decay * (state_.thrust_n - rotors.thrust_command_n);
+  step_body(rotors);
+}
+
+void Plant::step_body(const QuadrotorState& rotors) noexcept {
+  const double dt_s = seconds(kStep);
   QuadrotorState middle = state_;
   middle.thrust_n = 0.5 * (state_.thrust_n + rotors.thrust_n);
   const Eigen::Vector3d a_W =

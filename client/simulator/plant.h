@@ -45,6 +45,10 @@ class Plant {
 
   /// Advances by kStep under the commanded thrust rates.
   void step(const ThrustRates& u) noexcept;
+  /// Advances by kStep with rotors that are asked for these thrusts (cut to what they can give) all the time, as a
+  /// flight controller does: their lag is all that keeps them from jumping there. The limit of thrust rates is one of
+  /// the planner's input, not of rotors.
+  void step_held(const PlainVector4& thrust_command_n) noexcept;
 
   /// What the vehicle touches after the last step; the deepest contact if there are several.
   std::optional<Contact> contact() const noexcept { return contact_; }
@@ -52,6 +56,8 @@ class Plant {
  private:
   struct Physics;
   Plant(std::unique_ptr<Physics> physics, const QuadrotorModel& model, const Eigen::Vector3d& wind_W_m_s);
+  /// The body's step, during which the rotors come to what `rotors` says of them.
+  void step_body(const QuadrotorState& rotors) noexcept;
   void read_back() noexcept;
 
   std::unique_ptr<Physics> physics_;

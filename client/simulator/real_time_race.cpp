@@ -65,10 +65,14 @@ class SimulatedVehicle final : public flight::StateSource, public flight::Actuat
       camera_.post(now);
       next_frame_ = std::max(next_frame_ + race_.frame_period(), now);  // frames that a slip took are not made up for
     }
-    return flight::TimedState{now, race_.estimator.estimate(race_.vehicle.truth()), true};
+    return flight::TimedState{now, race_.estimator.estimate(race_.vehicle.known()), race_.vehicle.thrust_known()};
   }
 
-  flight::SetpointPart accepts() const noexcept override { return flight::SetpointPart::kRotorThrustRates; }
+  flight::SetpointPart accepts() const noexcept override {
+    return race_.scenario.vehicle.actuation.kind == Actuation::Kind::kBodyRates
+               ? flight::SetpointPart::kCollectiveAndBodyRates
+               : flight::SetpointPart::kRotorThrustRates;
+  }
   Stamp period() const noexcept override { return Plant::kStep; }
   void apply(Stamp, const sdk::Setpoint& setpoint) noexcept override { race_.vehicle.advance(setpoint); }
   void hold(Stamp) noexcept override {}

@@ -22,6 +22,16 @@ double percent_of(std::uint64_t part, std::uint64_t whole) {
 
 }  // namespace
 
+std::string in_words(const Actuation& actuation, const config::Mismatch& mismatch) {
+  const bool rates = actuation.kind == Actuation::Kind::kBodyRates;
+  std::string out = rates ? "body rates" : "rotor thrusts";
+  if (rates && mismatch.rate_lag_factor != 1.0) add(&out, "; rate loop x {:.3g}", mismatch.rate_lag_factor);
+  if (rates && mismatch.setpoint_delay > Stamp{0})
+    add(&out, "; setpoints {:.0f} ms late", 1e3 * seconds(mismatch.setpoint_delay));
+  if (mismatch.thrust_factor != 1.0) add(&out, "; thrust x {:.3g}", mismatch.thrust_factor);
+  return out;
+}
+
 std::string in_words(const HeardProblem& heard) {
   return fmt::format("at {:.2f} s: {}", heard.race_time_s, protocol::sentence(heard.problem));
 }
@@ -32,6 +42,7 @@ std::string summarize(const Report& report) {
   add(&out, "Result        {}\n", report.sentence);
   for (const HeardProblem& problem : report.problems) add(&out, "Problem       {}\n", in_words(problem));
   add(&out, "Seeds         world {}, planner {}\n", report.seed, report.planner_seed);
+  add(&out, "Driven by     {}\n", in_words(report.actuation, report.mismatch));
   add(&out, "Gates         {} of {} passed\n", report.passes.size(), report.gates_total);
   add(&out, "Lap times    ");
   for (const double lap_s : report.lap_times_s) add(&out, " {:.2f} s", lap_s);
@@ -62,7 +73,8 @@ Status write_csv(const std::filesystem::path& file, const Report& report) {
   std::string out =
       "t_s,px_m,py_m,pz_m,vx_m_s,vy_m_s,vz_m_s,qw,qx,qy,qz,wx_rad_s,wy_rad_s,wz_rad_s,"
       "thrust0_n,thrust1_n,thrust2_n,thrust3_n,command0_n,command1_n,command2_n,command3_n,"
-      "rate0_n_s,rate1_n_s,rate2_n_s,rate3_n_s,source,gate,lap,target,field_m,latent_age_s,solve_s,effective_samples,"
+      "rate0_n_s,rate1_n_s,rate2_n_s,rate3_n_s,collective_n,wx_asked_rad_s,wy_asked_rad_s,wz_asked_rad_s,source,gate,"
+      "lap,target,field_m,latent_age_s,solve_s,effective_samples,"
       "degraded\n";
   out.reserve(out.size() + 320 * report.samples.size());
   for (const Sample& sample : report.samples) {
@@ -73,6 +85,9 @@ Status write_csv(const std::filesystem::path& file, const Report& report) {
         s.w_WB_B.x(), s.w_WB_B.y(), s.w_WB_B.z());
     for (const PlainVector4& values : {s.thrust_n, s.thrust_command_n, sample.setpoint.thrust_rate_n_s})
       add(&out, "{:.4f},{:.4f},{:.4f},{:.4f},", values[0], values[1], values[2], values[3]);
+    const Eigen::Vector3d& asked_rad_s = sample.setpoint.body_rates_rad_s;
+    add(&out, "{:.4f},{:.5f},{:.5f},{:.5f},", sample.setpoint.collective_thrust_n, asked_rad_s.x(), asked_rad_s.y(),
+        asked_rad_s.z());
     const auto& health = sample.health;
     add(&out, "{},{},{},{},{:.4f},{:.4f},{:.6f},{:.1f},{}\n",
         sample.setpoint.source == sdk::Setpoint::Source::kPlan ? "plan" : "fallback", sample.expected_waypoint,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/simulator/referee.h"
+#include "common/config/scenario.h"
 #include "common/protocol/messages.h"
 #include "common/scene/depth_camera.h"
 #include "common/scene/world.h"
@@ -44,6 +45,8 @@ struct Report {
   protocol::Timing timing = protocol::Timing::kLockstep;
   std::uint64_t seed = 1;          ///< of the true world
   std::uint64_t planner_seed = 1;  ///< that the planner was told
+  Actuation actuation;             ///< how the vehicle was driven, as told
+  config::Mismatch mismatch;       ///< what was otherwise in truth
   Outcome outcome = Outcome::kRunning;
   std::string sentence;
   std::vector<Pass> passes;
@@ -83,12 +86,15 @@ struct Report {
 /// The problem for people: "at 1.24 s: the velocity sent is not ...".
 std::string in_words(const HeardProblem& heard);
 
+/// How a vehicle is driven and what its drive is in truth, for people: "rotor thrusts", "body rates; thrust x 1.1".
+std::string in_words(const Actuation& actuation, const config::Mismatch& mismatch);
+
 /// The summary for people, several lines, ending with a line break; problems come right after the result.
 std::string summarize(const Report& report);
 
 /// The run as comma-separated values: a header line with names and units, then one line per sample.
 /// Columns: t_s, position px_m.., velocity vx_m_s.., attitude qw.., body rates wx_rad_s.., thrust0_n.., command0_n..
-/// (what each rotor gives and is asked for), rate0_n_s.. (the setpoint), source (plan or fallback), gate, lap, target,
+/// (what each rotor gives and is asked for), rate0_n_s.., collective_n, wx_asked_rad_s.. (the setpoint), source (plan or fallback), gate, lap, target,
 /// field_m (lowest along the plan), latent_age_s, solve_s, effective_samples, degraded. Written whole or not at all.
 /// Errors: the sentence names the file.
 Status write_csv(const std::filesystem::path& file, const Report& report);

@@ -46,8 +46,10 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   auto plant = Plant::create(world, config::true_quadrotor(scenario.vehicle.quadrotor, scenario.mismatch),
                              scenario.mismatch.wind_W_m_s);
   if (!plant) return plant.failure();
+  auto drive = Drive::create(scenario);
+  if (!drive) return drive.failure();
 
-  JudgedVehicle vehicle(scenario, world, std::move(plant).value());
+  JudgedVehicle vehicle(scenario, world, std::move(plant).value(), std::move(drive).value());
   DepthSensor sensor(world, scenario);
   Estimator estimator(scenario.state_noise, scenario.seed);
   SnapshotKeeper snapshots(config::gates_by_waypoint(world, scenario.track.course), scenario.vehicle.camera);

@@ -26,6 +26,14 @@ Status first_failure(std::initializer_list<Status> checks) {
   return {};
 }
 
+Status convert_actuation(const ScenarioFile& spec, Vehicle* vehicle) {
+  if (!spec.has_actuation()) return {};
+  const Actuation said = to_actuation(spec.actuation());
+  const bool has_lags = spec.actuation().has_thrust_time_constant_s() || spec.actuation().has_rate_time_constant_s();
+  vehicle->actuation = has_lags ? said : driven_by(*vehicle, said.kind);
+  return validate(vehicle->actuation);
+}
+
 Status convert(const ScenarioFile& spec, Scenario* scenario) {
   scenario->title = spec.title();
   const PerturbationSpec& perturbation = spec.perturbation();
@@ -54,8 +62,13 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
   scenario->mismatch = {mismatch.mass_factor(),
                         mismatch.drag_factor(),
                         mismatch.rotor_lag_factor(),
-                        {mismatch.wind_m_s().x(), mismatch.wind_m_s().y(), mismatch.wind_m_s().z()}};
+                        {mismatch.wind_m_s().x(), mismatch.wind_m_s().y(), mismatch.wind_m_s().z()},
+                        mismatch.thrust_factor(),
+                        mismatch.rate_lag_factor(),
+                        from_seconds(1e-3 * mismatch.setpoint_delay_ms())};
   if (auto status = validate(scenario->mismatch); !status) return status;
+  if (auto status = convert_actuation(spec, &scenario->vehicle); !status) return status;
+  if (auto status = validate(scenario->mismatch, scenario->vehicle.actuation); !status) return status;
   if (spec.has_camera_rate_hz()) {
     scenario->vehicle.camera.rate_hz = spec.camera_rate_hz();
     if (auto status = validate(scenario->vehicle.camera); !status) return status;
@@ -87,7 +100,20 @@ Status validate(const Mismatch& mismatch) {
   return first_failure({check("mismatch.mass_factor", mismatch.mass_factor, 0.2, 5, ""),
                         check("mismatch.drag_factor", mismatch.drag_factor, 0.2, 5, ""),
                         check("mismatch.rotor_lag_factor", mismatch.rotor_lag_factor, 0.2, 5, ""),
-                        check("mismatch.wind_m_s", mismatch.wind_W_m_s.norm(), 0, 30, " m/s of length")});
+                        check("mismatch.wind_m_s", mismatch.wind_W_m_s.norm(), 0, 30, " m/s of length"),
+                        check("mismatch.thrust_factor", mismatch.thrust_factor, 0.5, 2, ""),
+                        check("mismatch.rate_lag_factor", mismatch.rate_lag_factor, 0.2, 5, ""),
+                        check("mismatch.setpoint_delay_ms", 1e3 * seconds(mismatch.setpoint_delay), 0, 200, " ms")});
+}
+
+Status validate(const Mismatch& mismatch, const Actuation& actuation) {
+  if (actuation.kind == Actuation::Kind::kBodyRates) return {};
+  const std::string expected = " for a vehicle driven by rotor thrusts: it has no rate loop";
+  if (mismatch.rate_lag_factor != 1.0)
+    return Error::invalid("mismatch.rate_lag_factor", brief(mismatch.rate_lag_factor), "1" + expected);
+  if (mismatch.setpoint_delay != Stamp{0})
+    return Error::invalid("mismatch.setpoint_delay_ms", brief(1e3 * seconds(mismatch.setpoint_delay)), "0" + expected);
+  return {};
 }
 
 Result<Scenario> make_scenario(const std::filesystem::path& course_file, const std::filesystem::path& vehicle_file) {
@@ -158,6 +184,9 @@ QuadrotorModel true_quadrotor(const QuadrotorModel& believed, const Mismatch& mi
   model.inertia_kg_m2 *= mismatch.mass_factor;
   model.drag_kg_s *= mismatch.drag_factor;
   model.rotor_time_constant_s *= mismatch.rotor_lag_factor;
+  model.thrust_min_n *= mismatch.thrust_factor;
+  model.thrust_max_n *= mismatch.thrust_factor;
+  model.thrust_rate_max_n_s *= mismatch.thrust_factor;
   return model;
 }
 

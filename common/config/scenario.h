@@ -37,6 +37,9 @@ struct Mismatch {
   double drag_factor = 1.0;
   double rotor_lag_factor = 1.0;
   Eigen::Vector3d wind_W_m_s = Eigen::Vector3d::Zero();
+  double thrust_factor = 1.0;                  ///< what a rotor gives of what it is asked for, its limits too
+  double rate_lag_factor = 1.0;                ///< body rates: the rate loop's time constants against those told
+  std::chrono::nanoseconds setpoint_delay{0};  ///< body rates: from setpoint to rate loop
 };
 
 struct Scenario {
@@ -82,8 +85,10 @@ Result<Scenario> make_scenario(const std::filesystem::path& course_file, const s
 Status validate(const Perturbation& perturbation);
 /// Ranges: position 0 to 1 m, velocity 0 to 5 m/s, attitude 0 to 45 deg, rate 0 to 5 rad/s.
 Status validate(const StateNoise& noise);
-/// Factors 0.2 to 5, wind up to 30 m/s.
+/// Factors 0.2 to 5 (thrust 0.5 to 2, rate loop 0.2 to 5), wind up to 30 m/s, delay of setpoints up to 200 ms.
 Status validate(const Mismatch& mismatch);
+/// A rate loop's lag and delay are of a vehicle that has one.
+Status validate(const Mismatch& mismatch, const Actuation& actuation);
 
 /// The true world. Per gate that stands there (one that is passed several times is drawn once), in the order of first
 /// passage, from the stream "gatefield.perturbation", each draw made whether or not its magnitude is zero, so
@@ -96,7 +101,7 @@ Status validate(const Mismatch& mismatch);
 /// fixed displacement makes the figure mean what it says: every gate is that far off.
 scene::World perturbed_world(const Track& track, const Perturbation& perturbation, std::uint64_t seed);
 
-/// The vehicle as it truly is: mass (and inertia with it), drag and rotor lag scaled.
+/// The vehicle as it truly is: mass (and inertia with it), drag, rotor lag and thrust scaled.
 QuadrotorModel true_quadrotor(const QuadrotorModel& believed, const Mismatch& mismatch);
 
 }  // namespace gatefield::config

@@ -85,6 +85,8 @@ Result<QuadrotorModel> to_quadrotor(const QuadrotorSpec& spec, std::vector<std::
   return model;
 }
 
+}  // namespace
+
 Actuation to_actuation(const ActuationSpec& spec) {
   Actuation actuation;
   actuation.kind =
@@ -95,7 +97,23 @@ Actuation to_actuation(const ActuationSpec& spec) {
   return actuation;
 }
 
-}  // namespace
+const std::map<std::string, Actuation::Kind>& actuation_names() {
+  static const std::map<std::string, Actuation::Kind> names{{"rotor-thrusts", Actuation::Kind::kRotorThrusts},
+                                                            {"body-rates", Actuation::Kind::kBodyRates}};
+  return names;
+}
+
+Actuation driven_by(const Vehicle& vehicle, Actuation::Kind kind) {
+  if (vehicle.actuation.kind == kind) return vehicle.actuation;
+  Actuation actuation;
+  actuation.kind = kind;
+  if (kind == Actuation::Kind::kBodyRates) {
+    const double rotors_s = vehicle.quadrotor.rotor_time_constant_s;
+    actuation.thrust_time_constant_s = rotors_s;
+    actuation.rate_time_constant_s = rotors_s * Eigen::Vector3d(1.7, 1.7, 3.2);
+  }
+  return actuation;
+}
 
 Result<Vehicle> load_vehicle(const std::filesystem::path& file) {
   VehicleFile spec;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,19 @@ struct Vehicle {
   CameraModel camera;
   std::vector<std::string> notes;  ///< what was taken otherwise than written, for the person whose file it is
 };
+
+/// How the vehicle is driven when it is by `kind`: as its file says; where the file says the other kind and has no lags,
+/// with those of a flight controller that is tuned to the vehicle's rotors as usual, tau_r their time constant:
+/// thrust tau_r, rates about x and y 1.7 tau_r, about z 3.2 tau_r (there the rotors have the least to turn with).
+Actuation driven_by(const Vehicle& vehicle, Actuation::Kind kind);
+
+/// The kinds as command lines name them: "rotor-thrusts", "body-rates".
+const std::map<std::string, Actuation::Kind>& actuation_names();
+
+class ActuationSpec;  // of vehicle.proto
+
+/// Unchecked: validate(Actuation).
+Actuation to_actuation(const ActuationSpec& spec);
 
 /// Reads a vehicle file (schema: vehicle.proto) and checks it. Moments of inertia that contradict each other by
 /// rounding are mended, with a note (mend_inertia()). Errors: as load_text(); kInvalid with the field

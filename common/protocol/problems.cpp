@@ -47,6 +47,13 @@ constexpr std::array<Text, kProblems> kTexts{{
     {"frames_rejected", "depth frames are refused; telemetry's last_reason says why"},
     {"delay_long", "the delay is longer than the 0.4 s that the planner makes up for"},
     {"deadlines_missed", "control steps are late: fewer vehicles, fewer samples or a faster machine would help"},
+    {"thrust_unlike_told",
+     "the vehicle gives more than 15 % more or less thrust than it is asked for: check its mass, its thrust curve and "
+     "the "
+     "battery"},
+    {"rate_loop_unlike_told",
+     "body rates follow their command much faster or slower than told: check actuation.rate_time_constant_s and the "
+     "flight controller's gains"},
 }};
 
 }  // namespace

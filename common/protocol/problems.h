@@ -33,8 +33,10 @@ enum class Problem : std::uint8_t {
   kFramesRejected = 20,          ///< newest depth frames are refused (telemetry says why)
   kDelayLong = 21,               ///< the measured delay is longer than the planner makes up for
   kDeadlinesMissed = 22,         ///< control steps are late: too many vehicles, or too slow a machine
+  kThrustUnlikeTold = 23,        ///< by body rates: the vehicle gives more or less thrust than it is asked for
+  kRateLoopUnlikeTold = 24,      ///< by body rates: the rates follow faster or slower than was told
 };
-inline constexpr int kProblems = 23;
+inline constexpr int kProblems = 25;
 
 using Problems = std::uint64_t;  ///< a set of Problem: bit by number
 constexpr Problems bit(Problem problem) noexcept { return Problems{1} << static_cast<unsigned>(problem); }

@@ -68,6 +68,24 @@ Status check_text(const char* field, const std::string& value, std::size_t longe
   return {};
 }
 
+/// One step of a plan. The rotors of a vehicle that is driven by body rates are its own affair.
+Status check_step(const ThrustRateCommand& command, std::size_t k) {
+  const bool rates = command.actuation == Actuation::Kind::kBodyRates;
+  if (auto s = check_each("thrust_rate_n_s", command.thrust_rate_n_s[k], rates ? 0.0 : kMaxThrustRate_n_s,
+                          rates ? "0 in a plan of body rates" : "finite and at most 1e6 N/s");
+      !s)
+    return s;
+  if (auto s = check_each("rotor_thrust_n", command.rotor_thrust_n[k], rates ? 0.0 : kMaxThrust_n,
+                          rates ? "0 in a plan of body rates" : "finite and at most 1e4 N");
+      !s)
+    return s;
+  if (auto s = check_range("collective_thrust_n", command.collective_thrust_n[k], rates ? 0.0 : -4 * kMaxThrust_n,
+                           4 * kMaxThrust_n, rates ? "0 to 4e4 N" : "finite and at most 4e4 N");
+      !s)
+    return s;
+  return check_norm("body_rates_rad_s", command.body_rates_rad_s[k], kMaxRate_rad_s, "finite and less than 200 rad/s");
+}
+
 Status check_health(const PlannerHealth& health) {
   if (auto s = check_range("health.solve_time_s", health.solve_time_s, 0, kMaxDuration_s, "0 to 60 s"); !s) return s;
   if (auto s = check_range("health.effective_samples", health.effective_samples, 0, 1e9, "0 to 1e9"); !s) return s;
@@ -198,21 +216,12 @@ Status validate(const ThrustRateCommand& command) {
   if (auto s = check_range("validity", seconds(command.validity), 0.0, 10.0, "0 to 10 s"); !s) return s;
   if (command.steps < 1 || command.steps > kMaxPlanSteps)
     return wrong("steps", text(command.steps), "1 to " + std::to_string(kMaxPlanSteps));
-  for (int i = 0; i < command.steps; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    Status s =
-        check_each("thrust_rate_n_s", command.thrust_rate_n_s[k], kMaxThrustRate_n_s, "finite and at most 1e6 N/s");
-    if (s.ok()) s = check_each("rotor_thrust_n", command.rotor_thrust_n[k], kMaxThrust_n, "finite and at most 1e4 N");
-    if (s.ok())
-      s = check_range("collective_thrust_n", command.collective_thrust_n[k], -4 * kMaxThrust_n, 4 * kMaxThrust_n,
-                      "finite and at most 4e4 N");
-    if (s.ok())
-      s = check_norm("body_rates_rad_s", command.body_rates_rad_s[k], kMaxRate_rad_s, "finite and less than 200 rad/s");
-    if (!s.ok()) return s.failure().within("step " + text(i) + ": ", "plan[" + text(i) + "].");
-  }
-  if (auto s = check_health(command.health); !s) return s;
   if (command.actuation != Actuation::Kind::kRotorThrusts && command.actuation != Actuation::Kind::kBodyRates)
     return wrong("actuation", text(static_cast<int>(command.actuation)), "0 (rotor thrusts) or 1 (body rates)");
+  for (int i = 0; i < command.steps; ++i)
+    if (auto s = check_step(command, static_cast<std::size_t>(i)); !s)
+      return s.failure().within("step " + text(i) + ": ", "plan[" + text(i) + "].");
+  if (auto s = check_health(command.health); !s) return s;
   bool terminated = false;
   for (const char c : command.isa) terminated = terminated || c == '\0';
   if (!terminated) return wrong("isa", "16 characters without an end", "a zero-terminated text");

@@ -1,5 +1,6 @@
 #include "common/vehicle/actuation.h"
 
+#include <cmath>
 #include <string>
 
 #include "common/base/text.h"
@@ -15,6 +16,18 @@ Status check_lag(const std::string& field, double lag_s, bool wanted) {
   return Error::invalid(field, text(lag_s) + " s", "0.001 to 1 s");
 }
 
+struct Followed {
+  double end;
+  double mean;
+};
+/// What is `x` now and follows a command from `begin` to `end` during dt with a first-order lag.
+Followed follow(double x, double begin, double end, double lag_s, double dt_s) noexcept {
+  const double behind_ramp = (end - begin) / dt_s * lag_s;
+  const double behind = x - begin + behind_ramp;
+  return {end - behind_ramp + behind * std::exp(-dt_s / lag_s),
+          0.5 * (begin + end) - behind_ramp - behind * std::expm1(-dt_s / lag_s) * lag_s / dt_s};
+}
+
 }  // namespace
 
 Status validate(const Actuation& actuation) {
@@ -28,6 +41,25 @@ Status validate(const Actuation& actuation) {
         !s)
       return s;
   return {};
+}
+
+RateCommand hover_command(const QuadrotorModel& model) { return {model.mass_kg * kGravity_m_s2, 0.0, 0.0, 0.0}; }
+
+QuadrotorState step_body_rates(const QuadrotorModel& model, const Actuation& actuation, const QuadrotorState& state,
+                               const RateCommand& begin, const RateCommand& end, double dt_s,
+                               double thrust_factor) noexcept {
+  const Followed thrust = follow(state.thrust_n.sum(), begin[0], end[0], actuation.thrust_time_constant_s, dt_s);
+  QuadrotorState next = state;
+  next.thrust_n.setConstant(thrust.end / kRotors);
+  next.thrust_command_n.setConstant(end[0] / kRotors);
+  Eigen::Vector3d mean_w;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const Followed rate = follow(state.w_WB_B[i], begin[i + 1], end[i + 1], actuation.rate_time_constant_s[i], dt_s);
+    next.w_WB_B[i] = rate.end;
+    mean_w[i] = rate.mean;
+  }
+  move_body(model, state, mean_w, thrust_factor * thrust.mean, dt_s, &next);
+  return next;
 }
 
 }  // namespace gatefield

@@ -248,6 +248,18 @@ QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState&
   return next;
 }
 
+void move_body(const QuadrotorModel& model, const QuadrotorState& before, const Eigen::Vector3d& mean_w_WB_B,
+               double mean_thrust_n, double dt_s, QuadrotorState* after) noexcept {
+  const Eigen::Quaterniond q_mid = before.q_WB * rotation_from(0.5 * dt_s * mean_w_WB_B);
+  after->q_WB = (q_mid * rotation_from(0.5 * dt_s * mean_w_WB_B)).normalized();
+
+  const Eigen::Matrix3d R_WB = q_mid.toRotationMatrix();
+  const Eigen::Vector3d v_B = R_WB.transpose() * before.v_WB;
+  const Eigen::Vector3d force_B = Eigen::Vector3d(0, 0, mean_thrust_n) - model.drag_kg_s.cwiseProduct(v_B);
+  after->v_WB = before.v_WB + dt_s * (R_WB * force_B / model.mass_kg - Eigen::Vector3d(0, 0, kGravity_m_s2));
+  after->p_WB = before.p_WB + 0.5 * dt_s * (before.v_WB + after->v_WB);
+}
+
 QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u,
                             double dt_s) noexcept {
   QuadrotorState next = state;
@@ -257,16 +269,7 @@ QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& s
   const Eigen::Vector3d& J = model.inertia_kg_m2;
   const Eigen::Vector3d& w = state.w_WB_B;
   next.w_WB_B = w + dt_s * (rotor_torque_B(model, thrust_n) - w.cross(J.cwiseProduct(w))).cwiseQuotient(J);
-
-  const Eigen::Vector3d mean_w = 0.5 * (w + next.w_WB_B);
-  const Eigen::Quaterniond q_mid = state.q_WB * rotation_from(0.5 * dt_s * mean_w);
-  next.q_WB = (q_mid * rotation_from(0.5 * dt_s * mean_w)).normalized();
-
-  const Eigen::Matrix3d R_WB = q_mid.toRotationMatrix();
-  const Eigen::Vector3d v_B = R_WB.transpose() * state.v_WB;
-  const Eigen::Vector3d force_B = Eigen::Vector3d(0, 0, thrust_n.sum()) - model.drag_kg_s.cwiseProduct(v_B);
-  next.v_WB = state.v_WB + dt_s * (R_WB * force_B / model.mass_kg - Eigen::Vector3d(0, 0, kGravity_m_s2));
-  next.p_WB = state.p_WB + 0.5 * dt_s * (state.v_WB + next.v_WB);
+  move_body(model, state, 0.5 * (w + next.w_WB_B), thrust_n.sum(), dt_s, &next);
   return next;
 }
 

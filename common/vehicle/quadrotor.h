@@ -111,4 +111,9 @@ QuadrotorState step_reference(const QuadrotorModel& model, const QuadrotorState&
 QuadrotorState step_planner(const QuadrotorModel& model, const QuadrotorState& state, const ThrustRates& u,
                             double dt_s) noexcept;
 
+/// (3) to (5) alone, from the means of body rates and of collective thrust over the step.
+/// @param after  its attitude, velocity and position are written
+void move_body(const QuadrotorModel& model, const QuadrotorState& before, const Eigen::Vector3d& mean_w_WB_B,
+               double mean_thrust_n, double dt_s, QuadrotorState* after) noexcept;
+
 }  // namespace gatefield

@@ -78,7 +78,9 @@ service::Factories factories(const Options& options, const Eyes& eyes,
   service::Factories made;
   made.planner = [cone_angle_rad = eyes.cone_angle_rad, planning](const planner::Profile& profile,
                                                                   const protocol::SessionRequest& request) {
-    return planner::Planner::create(profile, request.quadrotor, request.course, cone_angle_rad, request.seed, planning);
+    planner::PlannerOptions vehicles = planning;
+    vehicles.actuation = request.actuation;
+    return planner::Planner::create(profile, request.quadrotor, request.course, cone_angle_rad, request.seed, vehicles);
   };
   made.sensor = eyes.sensor;
   if (!options.trace.folder.empty())

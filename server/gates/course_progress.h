@@ -26,6 +26,9 @@ class CourseProgress {
   /// counts as passed (but for a gate that was also the one before: it is then behind the vehicle anyhow).
   void resume(std::uint32_t waypoint, std::uint32_t lap) noexcept;
 
+  /// The next position has nothing to do with those before it: nothing is crossed on the way there.
+  void begin_elsewhere() noexcept { at_.has_previous = false; }
+
   /// Advances with the vehicle's new position. @return true when the target changed.
   bool update(const Eigen::Vector3d& p_WB, const GateBelief& target) noexcept;
 

@@ -11,6 +11,7 @@
 #include "common/model/bundle.h"
 #include "server/kernels/decoder/decoder.h"
 #include "server/kernels/noise/noise.h"
+#include "server/kernels/rollout/rates.h"
 #include "server/kernels/rollout/rollout.h"
 
 /// Who computes: back ends, each an object that offers every kernel. A planner is given one, and so is a field; nothing
@@ -60,6 +61,9 @@ class Backend {
   /// States that follow from inputs: rollout/rollout.h.
   virtual void rollout(const QuadrotorModel& model, const QuadrotorState& start, double dt_s, SampleBlock inputs,
                        SampleBlock states) const noexcept = 0;
+  /// The same for a vehicle that follows thrust and body rates: rollout/rates.h.
+  virtual void rollout_rates(const RateRollout& how, const QuadrotorState& start, const RateCommand& asked, double dt_s,
+                             SampleBlock inputs, SampleBlock states) const noexcept = 0;
   /// Weights of the samples, their temperature and their average: average/average.h.
   virtual double softmax_weights(std::span<const float> cost, double temperature,
                                  std::span<float> weight) const noexcept = 0;

@@ -37,6 +37,7 @@ class CpuBackend final : public Backend {
         plain_decoder_{Layout::kFp32, decode_loop(target)},
         sample_(sample_loop(target)),
         rollout_(rollout_loop(target)),
+        rates_(rate_loop(target)),
         average_(average_loops(target)) {}
 
   std::shared_ptr<const PreparedDecoder> prepare(const model::DecoderWeights& weights) const override {
@@ -49,6 +50,10 @@ class CpuBackend final : public Backend {
   void rollout(const QuadrotorModel& model, const QuadrotorState& start, double dt_s, SampleBlock inputs,
                SampleBlock states) const noexcept override {
     kernels::rollout(rollout_, model, start, dt_s, inputs, states);
+  }
+  void rollout_rates(const RateRollout& how, const QuadrotorState& start, const RateCommand& asked, double dt_s,
+                     SampleBlock inputs, SampleBlock states) const noexcept override {
+    kernels::rollout_rates(rates_, how, start, asked, dt_s, inputs, states);
   }
   double softmax_weights(std::span<const float> cost, double temperature,
                          std::span<float> weight) const noexcept override {
@@ -66,6 +71,7 @@ class CpuBackend final : public Backend {
   DecodeKernel decoder_, plain_decoder_;
   SampleLoop* sample_;
   RolloutLoop* rollout_;
+  RateLoop* rates_;
   AverageLoops average_;
 };
 

@@ -23,6 +23,7 @@ constexpr std::size_t kFewestPixels = 12;
 constexpr std::size_t kRanks = 3;  ///< corrections that are tried in turn, the likeliest first
 
 constexpr std::size_t kFewestSightings = 8, kMaxSightings = 64;
+constexpr double kMost = 0.75;  ///< of the sightings: what the others say may be of another gate
 constexpr double kMuchNearer = 0.5;
 constexpr double kNearlyAll = 0.95;
 constexpr double kMillimetre_m = 1e-3;
@@ -48,10 +49,11 @@ Eigen::Isometry3d turned(const Eigen::Isometry3d& X_BC, std::size_t turn) {
   }
 }
 
-double median(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
+/// The value that so great a share of the others is below. @pre 0 <= share < 1, values
+double at_share(double share, std::vector<double>* values) {
+  const auto nth = values->begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values->size()));
+  std::nth_element(values->begin(), nth, values->end());
+  return *nth;
 }
 
 }  // namespace
@@ -175,11 +177,11 @@ double SensorWatch::spread_m(const Eigen::Isometry3d& X_BC) const {
   for (int axis = 0; axis < 3; ++axis) {
     std::transform(sightings_.begin(), sightings_.end(), values.begin(),
                    [&](const Sighting& s) { return (s.X_WB * (X_BC * s.p_C))[axis]; });
-    middle_W[axis] = median(&values);
+    middle_W[axis] = at_share(0.5, &values);
   }
   std::transform(sightings_.begin(), sightings_.end(), values.begin(),
                  [&](const Sighting& s) { return (s.X_WB * (X_BC * s.p_C) - middle_W).norm(); });
-  return median(&values);
+  return at_share(kMost, &values);
 }
 
 double SensorWatch::distance_to_course_m(const Eigen::Vector3d& p_W) const noexcept {

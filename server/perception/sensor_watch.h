@@ -45,7 +45,8 @@ struct WatchedFrame {
 ///
 /// A gate is seen, but does not stand still. With a wrong mounting it moves through the world as the vehicle turns
 /// (that it may lie near its waypoint now and then is why it is taken). Over the sightings of the last kWindow, with
-/// spread = median distance from the median place, a turn of the mounting explains it when for kMoving
+/// spread = the distance from the median place within which three of four lie (so that the few since the vehicle began
+/// to turn count, and a few of another gate don't), a turn of the mounting explains it when for kMoving
 ///   spread as told > kMoved_m   and   spread turned < kStill spread as told.
 ///
 /// Float depths are millimetres: nearly all, and not all the same, are beyond the camera's range for kFloats and within

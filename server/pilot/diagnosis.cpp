@@ -7,12 +7,20 @@ namespace gatefield::pilot {
 using protocol::bit;
 using protocol::Problem;
 using protocol::Problems;
+namespace {
+
+/// Mistakes in states that put every image elsewhere, and what images then seem to say.
+constexpr Problems kPosesWrong = bit(Problem::kStatesLookNed) | bit(Problem::kQuaternionLooksWFirst) |
+                                 bit(Problem::kVelocityLooksBodyFrame) | bit(Problem::kRatesLookWorldFrame);
+constexpr Problems kOfImages = bit(Problem::kMountingLooksWrong) | bit(Problem::kDepthUnitLooksWrong);
+
+}  // namespace
 
 void Diagnosis::begin_line() noexcept {
   until_.fill(Stamp{0});
   last_ = Stamp{-1};
   expected_for_ = Stamp{0};
-  starving_since_ = Stamp{-1};
+  starving_since_ = sensing_since_ = Stamp{-1};
 }
 
 Problems Diagnosis::step(const StepFindings& findings) noexcept {
@@ -21,7 +29,7 @@ Problems Diagnosis::step(const StepFindings& findings) noexcept {
   const Stamp passed = last_ < Stamp{0} ? Stamp{0} : std::min(now - last_, kLongestStep);
   last_ = now;
 
-  Problems found = findings.withheld | findings.contradictions | findings.sensing;
+  Problems found = findings.withheld | findings.contradictions;
   const auto when = [&](bool condition, Problem problem) {
     if (condition) found |= bit(problem);
   };
@@ -41,6 +49,12 @@ Problems Diagnosis::step(const StepFindings& findings) noexcept {
     starving_since_ = now;
   when(starving && now - starving_since_ >= kStarving, Problem::kFewEffectiveSamples);
 
+  if (findings.sensing == 0)
+    sensing_since_ = Stamp{-1};
+  else if (sensing_since_ < Stamp{0})
+    sensing_since_ = now;
+  if (findings.sensing != 0 && now - sensing_since_ >= kSensing) found |= findings.sensing;
+
   // Seen, the time begins anew with the next gate; out of view, it stands still.
   if (findings.gate_seen || findings.course_done)
     expected_for_ = Stamp{0};
@@ -52,6 +66,7 @@ Problems Diagnosis::step(const StepFindings& findings) noexcept {
     if (found >> i & 1) until_[i] = now + kStays;
     if (until_[i] > now) told |= Problems{1} << i;
   }
+  if (told & kPosesWrong) told &= ~kOfImages;
   if (expected_for_ >= kSeeing) told |= bit(Problem::kGateNotSeen);
   return told;
 }

@@ -17,7 +17,7 @@ struct StepFindings {
   bool course_done = false;               ///< nothing is expected any more
   bool depth_missing = false;             ///< no usable depth frame for long
   bool states_missing = false;            ///< flying on prediction, because states are late
-  bool states_rejected = false;           ///< the newest states were refused
+  bool states_rejected = false;           ///< the newest states were refused, or one that leapt
   bool frames_rejected = false;           ///< the newest depth frames were refused
   bool stamps_jumped = false;             ///< a sample lay off the line of the others since the last step
   bool delay_long = false;                ///< the delay is as long as is made up for, or longer
@@ -32,12 +32,16 @@ struct StepFindings {
 ///                          is told                                            stays
 ///   kGateNotSeen           after kSeeing in which the gate was expected       until the gate is seen
 ///   kFewEffectiveSamples   after kStarving without a break                    kStays after it was last found
+///   of images (sensing)    when found for kSensing                            kStays after it was last found
 ///   others                 at once                                            kStays after it was last found
+/// What images say is not told beside a mistake in the states that puts every image elsewhere: where both are found, the
+/// states' comes within kSensing.
 /// Thread-safe: no (control step).   Real-time safe: yes.
 class Diagnosis {
  public:
   static constexpr Stamp kSeeing = std::chrono::seconds(1);
   static constexpr Stamp kStarving = std::chrono::seconds(1);
+  static constexpr Stamp kSensing = std::chrono::milliseconds(250);
   static constexpr Stamp kStays = std::chrono::seconds(1);
   static constexpr Stamp kLongestStep = std::chrono::milliseconds(100);  ///< of a wait: what an outage adds at most
   static constexpr double kFewSamples = 1.5;
@@ -52,6 +56,7 @@ class Diagnosis {
   Stamp last_{-1};
   Stamp expected_for_{0};     ///< how long the target has been expected in view and not been seen
   Stamp starving_since_{-1};  ///< -1: the plan is fed by enough rollouts
+  Stamp sensing_since_{-1};   ///< -1: images say nothing
   std::uint64_t deadlines_missed_ = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "common/base/text.h"
 #include "common/protocol/validate.h"
 
 namespace gatefield::pilot {
@@ -44,6 +45,27 @@ Error off_the_line(std::uint64_t sequence, Stamp stamp, const TimeLine& order, T
   return error;
 }
 
+std::string text(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  std::string out = "(";
+  for (Eigen::Index i = 0; i < values.size(); ++i) out += (i > 0 ? " " : "") + fixed(values[i], 2);
+  return out + ")";
+}
+
+/// Why a state is not taken that the speeds don't explain. @param field  of MotionLine
+Error off_the_motion(const std::string& field, const MotionLine::Point& from, const QuadrotorState& to) {
+  const auto of = [&](const auto& state) {
+    if (field == "p_WB") return text(state.p_WB) + " m";
+    if (field == "v_WB") return text(state.v_WB) + " m/s";
+    return text(state.q_WB.coeffs());
+  };
+  Error error(field + " jumped from " + of(from) + " to " + of(to) + ": states are dropped until " +
+                  std::to_string(MotionLine::kAgree) + " in a row agree",
+              ErrorCode::kInvalid, field);
+  error.value = of(to);
+  error.expected = "what the speeds explain from " + of(from) + " on";
+  return error;
+}
+
 }  // namespace
 
 Intake::Intake(const protocol::SessionRequest* request, std::uint64_t session, Mailboxes* shared)
@@ -78,7 +100,19 @@ Intake::Outcome Intake::take_state(const protocol::VehicleState& state, Stamp no
   if (off || verdict == TimeLine::Verdict::kNewLine) shared_->stamps_jumped.store(true, std::memory_order_relaxed);
   if (off) shared_->newest_state_rejected.store(true, std::memory_order_relaxed);
   if (!TimeLine::taken(verdict)) return reject(off_the_line(state.sequence, state.stamp, before, verdict, "states"));
-  if (verdict == TimeLine::Verdict::kNewLine) shared_->history.begin_line(++line.number);
+  if (verdict == TimeLine::Verdict::kNewLine) {
+    shared_->history.begin_line(++line.number);
+    lines_.motion.begin_anew();
+  }
+  const MotionLine::Point moved_from = lines_.motion.state().newest;
+  const MotionLine::Judgement motion = lines_.motion.judge(state.stamp, now, state.state, lockstep());
+  if (motion.verdict == MotionLine::Verdict::kOff) {
+    line.order = before;  // as if it had not come: in lockstep the same one may come again
+    shared_->newest_state_rejected.store(true, std::memory_order_relaxed);
+    shared_->motion_jumped.store(true, std::memory_order_relaxed);
+    return reject(off_the_motion(motion.field, moved_from, state.state));
+  }
+  if (motion.verdict == MotionLine::Verdict::kNewLine) shared_->history.begin_line(line.number);
 
   if (!before.begun()) {
     // A vehicle in mid-race that lost its server says where it was; perception has to know before the first plan does.
@@ -94,6 +128,7 @@ Intake::Outcome Intake::take_state(const protocol::VehicleState& state, Stamp no
   sample.sequence = state.sequence;
   sample.stamp = state.stamp;
   sample.line = line.number;
+  sample.jumps = lines_.motion.jumps();
   sample.received = now;
   sample.state = state.state;
   sample.state.q_WB.normalize();

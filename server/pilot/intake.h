@@ -7,6 +7,7 @@
 #include "common/base/result.h"
 #include "common/protocol/messages.h"
 #include "server/pilot/mailboxes.h"
+#include "server/pilot/motion_line.h"
 #include "server/pilot/time_line.h"
 
 namespace gatefield::pilot {
@@ -14,7 +15,9 @@ namespace gatefield::pilot {
 /// The receiving side of a pilot: states and depth frames are checked here, and put where the other sides find them.
 /// States and frames each keep to a TimeLine: one sample whose sequence or stamp lies off the line is left out, and
 /// when TimeLine::kAgree in a row go on from each other elsewhere, the line is taken up there under the next number. A
-/// new line of states empties the history; the other sides see its number in the samples.
+/// new line of states empties the history; the other sides see its number in the samples. States keep to a MotionLine,
+/// too: one whose position, velocity or attitude the speeds don't explain is left out, and until as many in a row agree
+/// elsewhere. A motion that is taken up elsewhere empties the history as well.
 /// Thread-safe: yes; by mutexes of its own, held for the length of a copy or less and by receiving threads only.
 /// Real-time safe: no.
 class Intake {
@@ -48,6 +51,7 @@ class Intake {
   struct State {
     Line states;
     Line frames;
+    MotionLine motion;  ///< of the states
   };
   const State& state() const noexcept { return lines_; }
   void restore(const State& state) noexcept { lines_ = state; }
@@ -61,7 +65,7 @@ class Intake {
   const std::uint64_t session_;
   Mailboxes* shared_;
   std::mutex states_mutex_, frames_mutex_;
-  State lines_;  // each line under its mutex
+  State lines_;  // each line under its mutex, the motion under the states'
 };
 
 }  // namespace gatefield::pilot

@@ -33,6 +33,7 @@ struct Mailboxes {
   std::atomic<bool> newest_state_rejected{false};
   std::atomic<bool> newest_frame_rejected{false};
   std::atomic<bool> stamps_jumped{false};  ///< since the last step: a sample lay off the line of the others
+  std::atomic<bool> motion_jumped{false};  ///< since the last step: a state that the speeds don't explain was left out
   std::atomic<protocol::Problems> sensing_problems{0};  ///< what Looking finds wrong, as it stands; Stepping tells it
   std::atomic<bool> repeat_wanted{false};               ///< lockstep: a state came again
   std::atomic<std::uint64_t> frame_named{0};            ///< newest depth_sequence that a state named

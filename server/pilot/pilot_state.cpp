@@ -12,7 +12,7 @@ namespace gatefield::pilot {
 namespace {
 
 /// Raised whenever a field's meaning changes: a state of another format is refused.
-constexpr std::uint32_t kStateFormat = 2;
+constexpr std::uint32_t kStateFormat = 3;
 /// States kept for frames still to come: a quarter of a second at 500 Hz. Older ones than these a frame is refused for.
 constexpr std::size_t kMaxHistory = 128;
 constexpr std::size_t kCommandNumbers = 12;  // of a step
@@ -57,10 +57,33 @@ void put(const Intake::Line& line, proto::TimeLine* out) {
   out->set_number(line.number);
 }
 
+/// Of a StateHistory::Entry or MotionLine::Point: p_WB, v_WB, w_WB_B, q_WB.
+template <typename Place>
+void put_pose(const Place& place, Doubles* out) {
+  put(place.p_WB, out);
+  put(place.v_WB, out);
+  put(place.w_WB_B, out);
+  put(place.q_WB, out);
+}
+
+void put(const MotionLine::Point& point, proto::Place* out) {
+  out->set_stamp(point.stamp.count());
+  out->set_received(point.received.count());
+  put_pose(point, out->mutable_pose());
+}
+
+void put(const MotionLine::State& motion, proto::MotionLine* out) {
+  if (motion.begun) put(motion.newest, out->mutable_newest());
+  if (motion.agreeing > 0) put(motion.elsewhere, out->mutable_elsewhere());
+  out->set_agreeing(motion.agreeing);
+  out->set_jumps(motion.jumps);
+}
+
 void put(const StateSample& sample, proto::Sample* out) {
   out->set_sequence(sample.sequence);
   out->set_stamp(sample.stamp.count());
   out->set_line(sample.line);
+  out->set_jumps(sample.jumps);
   out->set_received(sample.received.count());
   put(sample.state, out->mutable_state());
   out->set_thrust_known(sample.thrust_known);
@@ -140,6 +163,7 @@ void put(const protocol::ThrustRateCommand& command, proto::Command* out) {
 void put(const Stepping::State& state, proto::Stepping* out) {
   put(state.newest, out->mutable_newest());
   out->set_line(state.line);
+  out->set_jumps(state.jumps);
   out->set_have_state(state.have_state);
   out->set_state_is_new(state.state_is_new);
   out->set_have_rotors(state.have_rotors);
@@ -148,18 +172,20 @@ void put(const Stepping::State& state, proto::Stepping* out) {
   out->set_first_stamp(state.first_stamp.count());
   // Nothing is predicted from before these any more.
   Stamp needed = std::min(state.newest.stamp, state.rotors_stamp);
-  if (state.disturbance.wanted()) needed = std::min(needed, state.measured_stamp);
+  if (state.measured_stamp >= Stamp{0}) needed = std::min(needed, state.measured_stamp);
   for (const InputTimeline::Piece& piece : state.inputs.pieces(needed)) {
     proto::Piece* const to = out->add_inputs();
     to->set_from(piece.from.count());
     to->set_length((piece.to - piece.from).count());
-    put(piece.rates, to->mutable_rates_n_s());
+    put(piece.input, to->mutable_rates_n_s());
   }
   put(state.delay.state().round_trip, out->mutable_round_trip());
   put(state.delay.state().residence, out->mutable_residence());
   put(state.delay.state().solve, out->mutable_solve());
   out->set_delay_known(state.delay_known);
   put(state.disturbance.acceleration_W_m_s2(), out->mutable_disturbance_w_m_s2());
+  out->set_thrust_factor(state.thrust_factor.state().factor);
+  out->set_thrust_observed(state.thrust_factor.state().observed.count());
   put(state.measured, out->mutable_measured());
   out->set_measured_stamp(state.measured_stamp.count());
   if (state.have_passed) put(state.passed, out->mutable_passed());
@@ -219,6 +245,30 @@ class Reader {
     get(from.thrust_n(), &to->thrust_n, field);
     get(from.thrust_command_n(), &to->thrust_command_n, field);
   }
+  template <typename Place>
+  void get_pose(const Doubles& from, Place* to, const char* field) {
+    double pose[13] = {};
+    get(from, 13, pose, field);
+    to->p_WB = Eigen::Map<const Eigen::Vector3d>(pose);
+    to->v_WB = Eigen::Map<const Eigen::Vector3d>(pose + 3);
+    to->w_WB_B = Eigen::Map<const Eigen::Vector3d>(pose + 6);
+    to->q_WB = Eigen::Quaterniond(pose[9], pose[10], pose[11], pose[12]);
+    check_unit(to->q_WB, field);
+  }
+  void get(const proto::Place& from, std::chrono::nanoseconds clock_ahead, MotionLine::Point* to) {
+    to->stamp = Stamp{from.stamp()};
+    if (from.stamp() < 0 || to->stamp > TimeLine::kMaxStamp)
+      fail("intake.motion.stamp", std::to_string(from.stamp()), "a time that a client's clock has");
+    to->received = Stamp{from.received()} + clock_ahead;
+    get_pose(from.pose(), to, "intake.motion.pose");
+  }
+  void get(const proto::MotionLine& from, std::chrono::nanoseconds clock_ahead, MotionLine::State* to) {
+    to->begun = from.has_newest();
+    if (from.has_newest()) get(from.newest(), clock_ahead, &to->newest);
+    if (from.has_elsewhere()) get(from.elsewhere(), clock_ahead, &to->elsewhere);
+    to->agreeing = from.agreeing();
+    to->jumps = from.jumps();
+  }
   static TimeLine::Point point(const proto::Point& from, std::chrono::nanoseconds clock_ahead) {
     return {from.sequence(), Stamp{from.stamp()}, Stamp{from.received()} + clock_ahead};
   }
@@ -235,6 +285,7 @@ class Reader {
     to->sequence = from.sequence();
     to->stamp = Stamp{from.stamp()};
     to->line = from.line();
+    to->jumps = from.jumps();
     to->received = Stamp{from.received()} + clock_ahead;
     get(from.state(), &to->state, "stepping.newest.state");
     to->thrust_known = from.thrust_known();
@@ -324,6 +375,7 @@ class Reader {
   void get(const proto::Stepping& from, std::chrono::nanoseconds clock_ahead, Stepping::State* to) {
     get(from.newest(), clock_ahead, &to->newest);
     to->line = from.line();
+    to->jumps = from.jumps();
     to->have_state = from.have_state();
     to->state_is_new = from.state_is_new();
     to->have_rotors = from.have_rotors();
@@ -338,7 +390,7 @@ class Reader {
       pieces.emplace_back();
       pieces.back().from = Stamp{piece.from()};
       pieces.back().to = Stamp{piece.from()} + Stamp{piece.length()};
-      get(piece.rates_n_s(), &pieces.back().rates, "stepping.inputs.rates_n_s");
+      get(piece.rates_n_s(), &pieces.back().input, "stepping.inputs.rates_n_s");
     }
     if (!to->inputs.restore(pieces)) fail("stepping.inputs", "out of order", "pieces one after the other");
     const auto mean = [this](const proto::Mean& m) {
@@ -350,6 +402,7 @@ class Reader {
     Eigen::Vector3d disturbance_W = Eigen::Vector3d::Zero();
     get(from.disturbance_w_m_s2(), &disturbance_W, "stepping.disturbance_W_m_s2");
     to->disturbance.restore(disturbance_W);
+    to->thrust_factor.restore({from.thrust_factor(), Stamp{from.thrust_observed()}});
     get(from.measured(), &to->measured, "stepping.measured");
     to->measured_stamp = Stamp{from.measured_stamp()};
     to->have_passed = from.has_passed();
@@ -373,15 +426,9 @@ class Reader {
   }
   void get(const proto::Intake& from, std::vector<StateHistory::Entry>* to) {
     for (const auto& entry : from.history()) {
-      double pose[13] = {};
-      get(entry.pose(), 13, pose, "intake.history.pose");
       StateHistory::Entry at;
       at.stamp = Stamp{entry.stamp()};
-      at.p_WB = Eigen::Map<const Eigen::Vector3d>(pose);
-      at.v_WB = Eigen::Map<const Eigen::Vector3d>(pose + 3);
-      at.w_WB_B = Eigen::Map<const Eigen::Vector3d>(pose + 6);
-      at.q_WB = Eigen::Quaterniond(pose[9], pose[10], pose[11], pose[12]);
-      check_unit(at.q_WB, "intake.history.pose");
+      get_pose(entry.pose(), &at, "intake.history.pose");
       if (!to->empty() && at.stamp <= to->back().stamp) fail("intake.history", "out of order", "stamps that rise");
       to->push_back(at);
     }
@@ -430,6 +477,7 @@ std::string Pilot::save() {
   const Stamp captured = std::max(looking_.newest_capture(), Stamp{0});
   proto::Intake* const intake = out.mutable_intake();
   put(intake_.state().states, intake->mutable_states());
+  put(intake_.state().motion.state(), intake->mutable_motion());
   Intake::Line frames = intake_.state().frames;
   TimeLine::State order = frames.order.state();
   if (order.newest.sequence != processed) {  // one waits
@@ -447,10 +495,7 @@ std::string Pilot::save() {
   for (const StateHistory::Entry& entry : shared_.history.entries(captured, kMaxHistory)) {
     auto* const to = intake->add_history();
     to->set_stamp(entry.stamp.count());
-    put(entry.p_WB, to->mutable_pose());
-    put(entry.v_WB, to->mutable_pose());
-    put(entry.w_WB_B, to->mutable_pose());
-    put(entry.q_WB, to->mutable_pose());
+    put_pose(entry, to->mutable_pose());
   }
 
   proto::Looking* const looking = out.mutable_looking();
@@ -466,7 +511,8 @@ std::string Pilot::save() {
   put(stepping_.state(), stepping);
   put(stepping_.progress().state(), stepping->mutable_progress());
   const planner::WarmStart warm = stepping_.planner().warm_start();
-  for (const ThrustRates& rates : warm.mean) put(rates, stepping->mutable_mean_n_s());
+  for (const PlainVector4& input : warm.mean) put(input, stepping->mutable_mean_n_s());
+  put(warm.asked, stepping->mutable_asked());
   stepping->set_detour_side(warm.detour_side);
   if (const gates::Snapshot* const snapshot = stepping_.gates().snapshot()) {
     stepping->mutable_snapshot()->set_frame(snapshot->frame);
@@ -496,6 +542,8 @@ Status Pilot::restore(std::string_view bytes, std::chrono::nanoseconds clock_ahe
 
   std::vector<StateHistory::Entry> history;
   reader.get(in.intake(), &history);
+  MotionLine::State motion;
+  reader.get(in.intake().motion(), clock_ahead, &motion);
 
   perception::Sight& sight = looking_.sight();
   const gates::Passages& passages = sight.records().passages();
@@ -521,6 +569,7 @@ Status Pilot::restore(std::string_view bytes, std::chrono::nanoseconds clock_ahe
   reader.get(in.stepping().mean_n_s(), mean_n_s.size(), mean_n_s.data(), "stepping.mean_n_s");
   for (std::size_t k = 0; k < warm.mean.size(); ++k)
     warm.mean[k] = Eigen::Map<const Eigen::Vector4d>(mean_n_s.data() + k * kRotors);
+  reader.get(in.stepping().asked(), &warm.asked, "stepping.asked");
   warm.detour_side = in.stepping().detour_side();
   const proto::Snapshot& snapshot = in.stepping().snapshot();
   if (in.stepping().has_snapshot()) {
@@ -542,6 +591,7 @@ Status Pilot::restore(std::string_view bytes, std::chrono::nanoseconds clock_ahe
   Intake::State lines;
   reader.get(intake.states(), clock_ahead, &lines.states);
   reader.get(intake.frames(), clock_ahead, &lines.frames);
+  lines.motion.restore(motion);
   intake_.restore(lines);
   const std::uint64_t processed = intake.frames().newest().sequence();
   shared_.last_heard.store((Stamp{intake.last_heard()} + clock_ahead).count());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/protocol/problems.h"
+#include "common/vehicle/actuation.h"
 #include "common/vehicle/quadrotor.h"
 #include "server/planner/planner.h"
 
@@ -10,9 +11,9 @@ namespace gatefield::pilot {
 enum class Withheld : int { kNothing = 0, kNotFinite, kRateLimit, kThrustLimit, kBodyRate };
 
 /// The last look at a plan before it goes out, whatever the planner says of it: all of its first
-/// protocol::kMaxPlanSteps steps finite, thrust rates and rotor thrusts within the vehicle's limits (but for rounding),
-/// body rates below 200 rad/s. Thread-safe: yes.   Real-time safe: yes.
-Withheld why_withheld(const QuadrotorModel& model, const planner::Plan& plan) noexcept;
+/// protocol::kMaxPlanSteps steps finite, thrust rates and thrusts within the vehicle's limits (but for rounding), body
+/// rates, of vehicles that are asked for them what is asked, below 200 rad/s. Thread-safe: yes.   Real-time safe: yes.
+Withheld why_withheld(const QuadrotorModel& model, Actuation::Kind kind, const planner::Plan& plan) noexcept;
 
 /// The reason as health tells it; none for kNothing.
 protocol::Problems problems(Withheld why) noexcept;

@@ -10,12 +10,12 @@ constexpr std::chrono::nanoseconds kLongestStep = std::chrono::milliseconds(10);
 
 }  // namespace
 
-void InputTimeline::add(Stamp plan_start, Stamp step, std::span<const ThrustRates> rates, Stamp validity) noexcept {
+void InputTimeline::add(Stamp plan_start, Stamp step, std::span<const PlainVector4> inputs, Stamp validity) noexcept {
   while (count_ > 0 && nth(count_ - 1).from >= plan_start) --count_;
   if (count_ > 0) nth(count_ - 1).to = std::min(nth(count_ - 1).to, plan_start);
   const Stamp end = plan_start + validity;
   Stamp from = plan_start;
-  for (const ThrustRates& rate : rates) {
+  for (const PlainVector4& input : inputs) {
     if (from >= end) break;
     if (count_ == kCapacity) {
       first_ = (first_ + 1) % kCapacity;
@@ -24,7 +24,7 @@ void InputTimeline::add(Stamp plan_start, Stamp step, std::span<const ThrustRate
     Piece& piece = nth(count_++);
     piece.from = from;
     piece.to = std::min(from + step, end);
-    piece.rates = rate;
+    piece.input = input;
     from = piece.to;
   }
 }
@@ -35,6 +35,22 @@ void InputTimeline::begin_at(Stamp from) noexcept {
     --count_;
   }
   if (count_ > 0) nth(0).from = std::max(nth(0).from, from);
+}
+
+bool InputTimeline::covers(Stamp from, Stamp to) const noexcept {
+  for (std::size_t i = 0; i < count_ && from < to; ++i) {
+    const Piece& piece = nth(i);
+    if (piece.to <= from) continue;
+    if (piece.from > from) return false;
+    from = piece.to;
+  }
+  return from >= to;
+}
+
+PlainVector4 InputTimeline::at(Stamp stamp) const noexcept {
+  PlainVector4 found = still_;
+  visit(stamp, stamp + Stamp{1}, [&](const PlainVector4& input, Stamp, Stamp) { found = input; });
+  return found;
 }
 
 std::vector<InputTimeline::Piece> InputTimeline::pieces(Stamp from) const {
@@ -54,13 +70,16 @@ bool InputTimeline::restore(std::span<const Piece> pieces) noexcept {
   return true;
 }
 
-void predict(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
+void predict(const Dynamics& dynamics, const InputTimeline& inputs, Stamp from, Stamp to,
              const Eigen::Vector3d& disturbance_W_m_s2, QuadrotorState* state) noexcept {
-  inputs.visit(from, to, [&](const ThrustRates& rates, Stamp begin, Stamp end) {
+  const bool by_rates = dynamics.actuation.kind == Actuation::Kind::kBodyRates;
+  inputs.visit(from, to, [&](const PlainVector4& input, Stamp begin, Stamp end) {
     while (begin < end) {
       const Stamp dt = std::min<Stamp>(end - begin, kLongestStep);
       const double dt_s = seconds(dt);
-      *state = step_reference(model, *state, rates, dt_s);
+      *state = by_rates ? step_body_rates(dynamics.model, dynamics.actuation, *state, input, input, dt_s,
+                                          dynamics.thrust_factor)
+                        : step_reference(dynamics.model, *state, input, dt_s);
       state->p_WB += 0.5 * dt_s * dt_s * disturbance_W_m_s2;
       state->v_WB += dt_s * disturbance_W_m_s2;
       begin += dt;
@@ -68,10 +87,16 @@ void predict(const QuadrotorModel& model, const InputTimeline& inputs, Stamp fro
   });
 }
 
-void predict_rotors(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
+void predict_rotors(const Dynamics& dynamics, const InputTimeline& inputs, Stamp from, Stamp to,
                     QuadrotorState* state) noexcept {
-  inputs.visit(from, to, [&](const ThrustRates& rates, Stamp begin, Stamp end) {
-    step_rotors(model, rates, seconds(end - begin), state);
+  const bool by_rates = dynamics.actuation.kind == Actuation::Kind::kBodyRates;
+  inputs.visit(from, to, [&](const PlainVector4& input, Stamp begin, Stamp end) {
+    const double dt_s = seconds(end - begin);
+    if (by_rates) {
+      *state = step_body_rates(dynamics.model, dynamics.actuation, *state, input, input, dt_s);
+    } else {
+      step_rotors(dynamics.model, input, dt_s, state);
+    }
   });
 }
 

@@ -7,27 +7,43 @@
 #include <vector>
 
 #include "common/base/clock.h"
+#include "common/vehicle/actuation.h"
 #include "common/vehicle/quadrotor.h"
 
 /// From a state that was true a moment ago to the state in which the next plan begins.
 namespace gatefield::pilot {
 
-/// What the vehicle was told to do, as pieces of constant thrust rate over the client's time. A plan holds from its
-/// start until the next one's start; what it said beyond that is cut off, because the client switches over there. Past
-/// the newest plan's validity, and before the first one, the thrust rates are zero (the thrusts stay).
+/// What moves a vehicle, as prediction knows it.
+struct Dynamics {
+  QuadrotorModel model;
+  Actuation actuation = {};
+  double thrust_factor = 1.0;  ///< by body rates: real thrust over what it is thought to be
+};
+
+/// What the vehicle was told to do, as pieces of constant input over the client's time: thrust rates, or by body rates
+/// what was asked for (RateCommand). A plan holds from its start until the next one's start; what it said beyond that is
+/// cut off, because the client switches over there. Past the newest plan's validity, and before the first one, the
+/// input is the one that changes nothing (thrust rates of zero; a hover).
 /// Thread-safe: no (control step).   Real-time safe: yes (fixed memory).
 class InputTimeline {
  public:
+  /// @param still  the input where no plan holds
+  explicit InputTimeline(const PlainVector4& still = PlainVector4::Zero()) noexcept : still_(still) {}
+
   /// A plan was sent. @param step  length of each interval, more than 0
-  void add(Stamp plan_start, Stamp step, std::span<const ThrustRates> rates, Stamp validity) noexcept;
+  void add(Stamp plan_start, Stamp step, std::span<const PlainVector4> inputs, Stamp validity) noexcept;
 
   /// What was sent did not hold before `from`: the first plan's delay was not known when it was made.
   void begin_at(Stamp from) noexcept;
 
-  /// Calls f(rates, from, to) for consecutive pieces that cover [from, to] without a hole.
+  /// Whether plans cover all of [from, to].
+  bool covers(Stamp from, Stamp to) const noexcept;
+  /// The input that holds at a stamp.
+  PlainVector4 at(Stamp stamp) const noexcept;
+
+  /// Calls f(input, from, to) for consecutive pieces that cover [from, to] without a hole.
   template <typename F>
   void visit(Stamp from, Stamp to, F&& f) const noexcept {
-    const ThrustRates still = ThrustRates::Zero();
     std::size_t i = 0;
     std::size_t last = count_;  // nth(i).to > from for all i >= the one found
     while (i < last) {
@@ -41,21 +57,21 @@ class InputTimeline {
       const Piece& piece = nth(i);
       if (piece.from > from) {
         const Stamp until = std::min(piece.from, to);
-        f(still, from, until);
+        f(still_, from, until);
         from = until;
       }
       if (from >= to) return;
       const Stamp until = std::min(piece.to, to);
-      f(piece.rates, from, until);
+      f(piece.input, from, until);
       from = until;
     }
-    if (from < to) f(still, from, to);
+    if (from < to) f(still_, from, to);
   }
 
   struct Piece {
     Stamp from{0};
     Stamp to{0};
-    ThrustRates rates = ThrustRates::Zero();
+    PlainVector4 input = PlainVector4::Zero();
   };
   /// What visit() can come to from `from` on: to be written down. Allocates.
   std::vector<Piece> pieces(Stamp from) const;
@@ -68,20 +84,21 @@ class InputTimeline {
   const Piece& nth(std::size_t index) const noexcept { return ring_[(first_ + index) % kCapacity]; }
   Piece& nth(std::size_t index) noexcept { return ring_[(first_ + index) % kCapacity]; }
 
+  PlainVector4 still_;
   std::array<Piece, kCapacity> ring_;
   std::size_t first_ = 0;
   std::size_t count_ = 0;
 };
 
 /// Moves a state from one stamp to another through what was sent, in steps of at most 10 ms of the reference dynamics
-/// (step_reference), so that the prediction's own error is far below the model's.
+/// (step_reference; by body rates step_body_rates), so that the prediction's own error is far below the model's.
 /// @param disturbance_W_m_s2  acceleration beyond the model's, constant meanwhile
 /// Thread-safe: yes.   Real-time safe: yes (bounded: one step per 10 ms and per piece).
-void predict(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
+void predict(const Dynamics& dynamics, const InputTimeline& inputs, Stamp from, Stamp to,
              const Eigen::Vector3d& disturbance_W_m_s2, QuadrotorState* state) noexcept;
 
-/// The same for the rotors alone: thrust_n and thrust_command_n, for vehicles that can't measure their thrust.
-void predict_rotors(const QuadrotorModel& model, const InputTimeline& inputs, Stamp from, Stamp to,
+/// The same for the thrust alone: thrust_n and thrust_command_n, for vehicles that can't measure it.
+void predict_rotors(const Dynamics& dynamics, const InputTimeline& inputs, Stamp from, Stamp to,
                     QuadrotorState* state) noexcept;
 
 /// How long it takes from now until a plan that is begun now can begin to hold at the vehicle.

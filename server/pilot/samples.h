@@ -13,9 +13,10 @@ namespace gatefield::pilot {
 struct StateSample {
   std::uint64_t sequence = 0;
   Stamp stamp{0};
-  std::uint32_t line = 0;  ///< number of its time line, from 0
-  Stamp received{0};       ///< server's clock
-  QuadrotorState state;    ///< attitude of unit length
+  std::uint32_t line = 0;   ///< number of its time line, from 0
+  Stamp received{0};        ///< server's clock
+  std::uint32_t jumps = 0;  ///< how often the motion was taken up elsewhere (MotionLine)
+  QuadrotorState state;     ///< attitude of unit length
   bool thrust_known = true;
   Stamp round_trip{0};
   std::uint64_t depth_sequence = 0;

@@ -66,24 +66,32 @@ QuadrotorState from_world_rates(const QuadrotorState& s) noexcept {
   return out;
 }
 
+QuadrotorState from_frd_rates(const QuadrotorState& s) noexcept {
+  QuadrotorState out = s;
+  out.w_WB_B = {s.w_WB_B.x(), -s.w_WB_B.y(), -s.w_WB_B.z()};
+  return out;
+}
+
+using Undo = QuadrotorState (*)(const QuadrotorState&) noexcept;
 struct Mistake {
   Problem problem;
-  QuadrotorState (*undo)(const QuadrotorState&) noexcept;
+  Undo undo;
 };
 constexpr std::array<Mistake, 4> kMistakes{{{Problem::kStatesLookNed, from_ned},
                                             {Problem::kQuaternionLooksWFirst, from_w_first},
                                             {Problem::kVelocityLooksBodyFrame, from_body_velocity},
                                             {Problem::kRatesLookWorldFrame, from_world_rates}}};
+/// Mistakes after which the rotors' torques don't fit the rates, although the rotors are as told.
+constexpr std::array<Undo, 3> kMistakesOfRates{from_ned, from_world_rates, from_frd_rates};
 
 /// Tolerances: what an estimator's noise, a mass or drag that is not as told, and the integration leave.
 double motion_tolerance_m(double path_m) noexcept { return 0.15 + 0.25 * path_m; }
 double thrust_tolerance_m_s(double pushed_m_s) noexcept { return 1.0 + 0.3 * pushed_m_s; }
-double rotation_tolerance_rad(double turned_rad) noexcept { return 0.2 + 0.35 * turned_rad; }
+double rotation_tolerance_rad(double turned_rad) noexcept { return 0.1 + 0.25 * turned_rad; }
 double torque_tolerance_rad_s(double spun_rad_s) noexcept { return 1.5 + 0.5 * spun_rad_s; }
 
 template <typename Nth>
-Misfit misfit(const QuadrotorModel& model, const Nth& nth, std::size_t count,
-              QuadrotorState (*undo)(const QuadrotorState&) noexcept) noexcept {
+Misfit misfit(const QuadrotorModel& model, const Nth& nth, std::size_t count, Undo undo) noexcept {
   const auto acceleration = [&](const QuadrotorState& s, double* push_m_s2) {
     const Wrench wrench = aerodynamic_wrench(model, s);
     *push_m_s2 = s.thrust_n.sum() / model.mass_kg;
@@ -119,9 +127,10 @@ Misfit misfit(const QuadrotorModel& model, const Nth& nth, std::size_t count,
   return out;
 }
 
-/// What w_n - w_0 leaves of the rotors' torques, over the last `count` samples, in units of what is tolerated.
+/// What w_n - w_0 leaves of the rotors' torques, over samples begin to count - 1, in units of what is tolerated.
 template <typename Nth>
-double torque_misfit(const QuadrotorModel& model, const Nth& nth, std::size_t begin, std::size_t count) noexcept {
+double torque_misfit(const QuadrotorModel& model, const Nth& nth, std::size_t begin, std::size_t count,
+                     Undo undo) noexcept {
   const Eigen::Vector3d& J = model.inertia_kg_m2;
   const auto spin_up = [&](const QuadrotorState& s) {
     const Eigen::Vector3d torque_B = rotor_torque_B(model, s.thrust_n) - s.w_WB_B.cross(J.cwiseProduct(s.w_WB_B));
@@ -129,15 +138,16 @@ double torque_misfit(const QuadrotorModel& model, const Nth& nth, std::size_t be
   };
   Eigen::Vector3d gained_rad_s = Eigen::Vector3d::Zero();
   double spun_rad_s = 0.0;
-  Eigen::Vector3d before = spin_up(nth(begin).state);
+  const Eigen::Vector3d w_begin_rad_s = undo(nth(begin).state).w_WB_B;
+  Eigen::Vector3d before = spin_up(undo(nth(begin).state));
   for (std::size_t i = begin + 1; i < count; ++i) {
     const double dt_s = seconds(nth(i).stamp - nth(i - 1).stamp);
-    const Eigen::Vector3d now = spin_up(nth(i).state);
+    const Eigen::Vector3d now = spin_up(undo(nth(i).state));
     gained_rad_s += 0.5 * dt_s * (before + now);
     spun_rad_s += 0.5 * dt_s * (before.norm() + now.norm());
     before = now;
   }
-  const Eigen::Vector3d measured = nth(count - 1).state.w_WB_B - nth(begin).state.w_WB_B;
+  const Eigen::Vector3d measured = undo(nth(count - 1).state).w_WB_B - w_begin_rad_s;
   return (measured - gained_rad_s).norm() / torque_tolerance_rad_s(spun_rad_s);
 }
 
@@ -201,27 +211,35 @@ void StateWatch::look(Stamp now) noexcept {
   for (std::size_t i = 0; i < kMistakes.size(); ++i)
     tell(now, kMistakes[i].problem, contradicts && remains[i] == least && remains[i] < kExplains * told.sum());
 
+  tell(now, Problem::kRotorsLookSwapped, rotors_known_ && !standing && rotors_look_swapped(now));
+}
+
+bool StateWatch::rotors_look_swapped(Stamp now) const noexcept {
+  const auto samples = [this](std::size_t i) -> const Sample& { return nth(i); };
   std::size_t begin = count_ - 1;
   while (begin > 0 && now - nth(begin).stamp < kTorqueWindow) --begin;
+  if (now - nth(begin).stamp < kTorqueWindow / 2) return false;
+  const double spun = torque_misfit(model_, samples, begin, count_, as_told);
+  if (!(spun > 1.0)) return false;
+
   bool swapped = false;
-  if (!standing && now - nth(begin).stamp >= kTorqueWindow / 2) {
-    const double spun = torque_misfit(model_, samples, begin, count_);
-    if (spun > 1.0) {
-      QuadrotorModel other = model_;
-      std::array<std::size_t, kRotors> order{0, 1, 2, 3};
-      do {
-        for (const int sign : {1, -1}) {
-          for (std::size_t i = 0; i < kRotors; ++i) {
-            other.rotor_position_B_m[i] = model_.rotor_position_B_m[order[i]];
-            other.rotor_spin[i] = sign * model_.rotor_spin[order[i]];
-          }
-          const double fits = torque_misfit(other, samples, begin, count_);
-          swapped = swapped || (fits <= 1.0 && fits < kExplains * spun);
-        }
-      } while (std::next_permutation(order.begin(), order.end()));
+  QuadrotorModel other = model_;
+  std::array<std::size_t, kRotors> order{0, 1, 2, 3};
+  do {
+    for (const int sign : {1, -1}) {
+      for (std::size_t i = 0; i < kRotors; ++i) {
+        other.rotor_position_B_m[i] = model_.rotor_position_B_m[order[i]];
+        other.rotor_spin[i] = sign * model_.rotor_spin[order[i]];
+      }
+      const double fits = torque_misfit(other, samples, begin, count_, as_told);
+      swapped = swapped || (fits <= 1.0 && fits < kExplains * spun);
     }
-  }
-  tell(now, Problem::kRotorsLookSwapped, swapped);
+  } while (std::next_permutation(order.begin(), order.end()));
+  // The states' own mistake goes first where it explains all the rest as well.
+  return swapped && std::none_of(kMistakesOfRates.begin(), kMistakesOfRates.end(), [&](Undo undo) {
+           return torque_misfit(model_, samples, begin, count_, undo) <= 1.0 &&
+                  misfit(model_, samples, count_, undo).worst() <= 1.0;
+         });
 }
 
 }  // namespace gatefield::pilot

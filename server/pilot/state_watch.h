@@ -23,7 +23,7 @@ namespace gatefield::pilot {
 /// kThrustAgainstMotion, kRatesAgainstAttitude). Then each known mistake is undone in turn (NED and FRD, a quaternion w
 /// first, a velocity in the body frame, rates in the world frame); the one that leaves far less than was told, and less
 /// than the others, is the likely cause. Torques that don't fit are told only when another order of the rotors, or
-/// other spins, fits. A vehicle that stands (on the floor, in a hand) contradicts nothing. A problem stays for kStays
+/// other spins, fits, and no mistake in the states that makes them fit leaves the rest in agreement. A vehicle that stands (on the floor, in a hand) contradicts nothing. A problem stays for kStays
 /// after it was last seen.
 ///
 /// Thread-safe: no (control step).   Real-time safe: yes (fixed memory, bounded work, most of it once in kLookPeriod).
@@ -36,8 +36,10 @@ class StateWatch {
   static constexpr Stamp kStays = std::chrono::seconds(2);
   static constexpr int kEnough = 3;
 
+  /// @param rotors_known  states say each rotor's thrust; else only their sum means something, and torques are left out
   /// @pre validate(model).ok()
-  explicit StateWatch(const QuadrotorModel& model) noexcept : model_(model) {}
+  explicit StateWatch(const QuadrotorModel& model, bool rotors_known = true) noexcept
+      : model_(model), rotors_known_(rotors_known) {}
 
   /// Takes the next state. @param state  its rotors as measured, or as modelled by the caller
   /// @return what is wrong now. Stamps that don't rise begin anew.
@@ -53,9 +55,11 @@ class StateWatch {
 
   const Sample& nth(std::size_t index) const noexcept { return ring_[(first_ + index) % kCapacity]; }
   void look(Stamp now) noexcept;
+  bool rotors_look_swapped(Stamp now) const noexcept;
   void tell(Stamp now, protocol::Problem problem, bool seen) noexcept;
 
   QuadrotorModel model_;
+  bool rotors_known_;
   std::array<Sample, kCapacity> ring_;
   std::size_t first_ = 0;
   std::size_t count_ = 0;

@@ -13,7 +13,7 @@ constexpr double kMaxAge_s = 1e9;      // that a command may tell
 
 double finite_or(double value, double otherwise) noexcept { return std::isfinite(value) ? value : otherwise; }
 
-/// The planner's limits on body rates are soft; what a vehicle is asked for keeps to its own. 0: it has none.
+/// The limits on body rates of plans of rotor thrusts are soft; what a vehicle is asked for keeps to its own. 0: it has none.
 Eigen::Vector3d within(const Eigen::Vector3d& limit_rad_s, Eigen::Vector3d w_WB_B) noexcept {
   for (Eigen::Index i = 0; i < 3; ++i)
     if (limit_rad_s[i] > 0.0) w_WB_B[i] = std::clamp(w_WB_B[i], -limit_rad_s[i], limit_rad_s[i]);
@@ -32,12 +32,15 @@ Stepping::Stepping(const protocol::SessionRequest* request, std::uint64_t sessio
       progress_(request->course),
       ahead_(progress_),
       gates_(&progress_.passages()),
-      state_watch_(request->quadrotor) {
+      state_watch_(request->quadrotor, !by_rates()),
+      rate_lags_(request->actuation) {
   shared_->aim(progress_);
   state_.disturbance = Disturbance(planner_->profile().disturbance_time_s);
   protocol::ThrustRateCommand& command = state_.command;
   command.vehicle = request->vehicle;
   command.session = session;
+  command.actuation = request->actuation.kind;
+  state_.inputs = nothing_sent();
   command.plan_step = from_seconds(planner_->profile().step_s);
   std::strncpy(command.isa.data(), isa.c_str(), command.isa.size() - 1);
   for (std::size_t k = 0; k < protocol::kMaxPlanSteps; ++k) {
@@ -46,6 +49,14 @@ Stepping::Stepping(const protocol::SessionRequest* request, std::uint64_t sessio
     command.collective_thrust_n[k] = 0.0;
     command.body_rates_rad_s[k].setZero();
   }
+}
+
+InputTimeline Stepping::nothing_sent() const noexcept {
+  return InputTimeline(by_rates() ? hover_command(request_->quadrotor) : PlainVector4(PlainVector4::Zero()));
+}
+
+Dynamics Stepping::dynamics() const noexcept {
+  return {request_->quadrotor, request_->actuation, state_.thrust_factor.value()};
 }
 
 gates::GateBelief Stepping::planned(std::uint32_t waypoint) const noexcept {
@@ -57,12 +68,13 @@ gates::GateBelief Stepping::planned(std::uint32_t waypoint) const noexcept {
 void Stepping::begin_line(const StateSample& sample) noexcept {
   state_.line = sample.line;
   state_.first_stamp = state_.rotors_stamp = sample.stamp;
-  state_.inputs = InputTimeline();
+  state_.inputs = nothing_sent();
   state_.delay = DelayEstimate();
   state_.delay_known = false;
   state_.measured_stamp = Stamp{-1};
   state_.have_plan = false;
-  state_watch_ = StateWatch(request_->quadrotor);
+  state_watch_ = StateWatch(request_->quadrotor, !by_rates());
+  rate_lags_ = RateLags(request_->actuation);
   diagnosis_.begin_line();
 }
 
@@ -75,13 +87,18 @@ void Stepping::take_in(const StateSample& sample) noexcept {
     progress_.resume(sample.heard_waypoint, sample.heard_lap);
   }
   if (sample.line != state_.line) begin_line(sample);
-  if (sample.thrust_known) {
+  if (sample.jumps != state_.jumps) {
+    state_.jumps = sample.jumps;
+    state_.measured_stamp = Stamp{-1};
+    progress_.begin_elsewhere();
+  }
+  if (sample.thrust_known && !by_rates()) {
     rotors.thrust_n = sample.state.thrust_n;
     rotors.thrust_command_n = sample.state.thrust_command_n;
   } else if (!state_.have_rotors) {
     rotors.thrust_n = rotors.thrust_command_n = hover_thrust_n(model);
   } else {
-    predict_rotors(model, state_.inputs, state_.rotors_stamp, sample.stamp, &rotors);
+    predict_rotors(dynamics(), state_.inputs, state_.rotors_stamp, sample.stamp, &rotors);
   }
   // A command beyond the limits would look like an impossible thrust rate when the first step brings it back.
   rotors.thrust_command_n = rotors.thrust_command_n.cwiseMax(model.thrust_min_n).cwiseMin(model.thrust_max_n);
@@ -96,7 +113,7 @@ void Stepping::take_in(const StateSample& sample) noexcept {
   watched.thrust_n = rotors.thrust_n;
   watched.thrust_command_n = rotors.thrust_command_n;
   contradictions_ = state_watch_.observe(sample.stamp, watched);
-  watch_disturbance(sample);
+  compare_with_prediction(sample);
   const gates::GateBelief target = gates_.belief(progress_.target());
   if (progress_.update(sample.state.p_WB, target)) {
     state_.passed = target;
@@ -106,20 +123,42 @@ void Stepping::take_in(const StateSample& sample) noexcept {
   }
 }
 
-void Stepping::watch_disturbance(const StateSample& sample) noexcept {
-  if (!state_.disturbance.wanted()) return;
+/// What the newest state has that was not predicted from the one before it.
+void Stepping::compare_with_prediction(const StateSample& sample) noexcept {
+  if (!state_.disturbance.wanted() && !by_rates()) return;
   const Stamp dt = sample.stamp - state_.measured_stamp;
   // Over a real link, as long as its delay is not known it is not known either when what was sent began to hold.
   const bool inputs_known = lockstep() || state_.delay_known;
   if (inputs_known && state_.measured_stamp >= Stamp{0} && dt > Stamp{0} && dt <= Disturbance::kLongestGap) {
-    predict(request_->quadrotor, state_.inputs, state_.measured_stamp, sample.stamp, Eigen::Vector3d::Zero(),
-            &state_.measured);
-    state_.disturbance.observe(sample.state.v_WB - state_.measured.v_WB, dt);
+    const QuadrotorState before = state_.measured;
+    predict(dynamics(), state_.inputs, state_.measured_stamp, sample.stamp, Eigen::Vector3d::Zero(), &state_.measured);
+    Eigen::Vector3d missed_W = sample.state.v_WB - state_.measured.v_WB;
+    if (by_rates()) {
+      const bool asked_known = state_.inputs.covers(state_.measured_stamp, sample.stamp);
+      const Eigen::Vector3d z_W =
+          (before.q_WB * Eigen::Vector3d::UnitZ() + state_.measured.q_WB * Eigen::Vector3d::UnitZ()).normalized();
+      if (asked_known) {
+        const double thrust_n = 0.5 * (before.thrust_n.sum() + state_.measured.thrust_n.sum());
+        state_.thrust_factor.observe(missed_W, z_W, seconds(dt) * thrust_n / request_->quadrotor.mass_kg, dt);
+      }
+      watch_rate_loop(sample, asked_known);
+      missed_W -= z_W.dot(missed_W) * z_W;
+    }
+    state_.disturbance.observe(missed_W, dt);
+  } else {
+    rate_lags_.interrupt(sample.state.w_WB_B);
   }
   state_.measured = sample.state;
   state_.measured.thrust_n = state_.rotors.thrust_n;
   state_.measured.thrust_command_n = state_.rotors.thrust_command_n;
   state_.measured_stamp = sample.stamp;
+}
+
+void Stepping::watch_rate_loop(const StateSample& sample, bool asked_known) noexcept {
+  if (!asked_known) return rate_lags_.interrupt(sample.state.w_WB_B);
+  state_.inputs.visit(state_.measured_stamp, sample.stamp,
+                      [this](const RateCommand& asked, Stamp from, Stamp to) { rate_lags_.follow(asked, to - from); });
+  rate_lags_.observe(sample.state.w_WB_B, sample.stamp - state_.measured_stamp);
 }
 
 /// Behind the last gate, as far as braking takes, at the gate's height.
@@ -199,7 +238,9 @@ Stepping::Answer Stepping::step(Stamp now) noexcept {
   input.start.thrust_n = state_.rotors.thrust_n;
   input.start.thrust_command_n = state_.rotors.thrust_command_n;
   input.disturbance_W_m_s2 = state_.disturbance.acceleration_W_m_s2();
-  predict(request_->quadrotor, state_.inputs, newest.stamp, plan_start, input.disturbance_W_m_s2, &input.start);
+  input.thrust_factor = state_.thrust_factor.value();
+  predict(dynamics(), state_.inputs, newest.stamp, plan_start, input.disturbance_W_m_s2, &input.start);
+  if (by_rates()) input.asked = state_.inputs.at(plan_start);
 
   // Between now and the plan's start the vehicle may fly through the gate: then the plan is for the gate after it. Only
   // what was measured counts as passed, though.
@@ -237,7 +278,7 @@ Stepping::Answer Stepping::step(Stamp now) noexcept {
     observer_->made({plan_start, ahead_.target(), believed, input, plan_});
   }
 
-  const Withheld withheld = why_withheld(request_->quadrotor, plan_);
+  const Withheld withheld = why_withheld(request_->quadrotor, request_->actuation.kind, plan_);
   state_.command_good = withheld == Withheld::kNothing;
   fill_health(horizon, field_age_s, degraded, withheld);
   if (!state_.command_good) {
@@ -257,10 +298,15 @@ void Stepping::fill_command(Stamp plan_start) noexcept {
   protocol::ThrustRateCommand& command = state_.command;
   const int steps = std::min(plan_.steps, protocol::kMaxPlanSteps);
   for (std::size_t k = 0; k < static_cast<std::size_t>(steps); ++k) {
-    command.thrust_rate_n_s[k] = plan_.thrust_rate_n_s[k];
-    command.rotor_thrust_n[k] = plan_.state[k].thrust_command_n;
-    command.collective_thrust_n[k] = plan_.state[k].thrust_command_n.sum();
-    command.body_rates_rad_s[k] = within(request_->quadrotor.body_rate_max_rad_s, plan_.state[k].w_WB_B);
+    if (by_rates()) {
+      command.collective_thrust_n[k] = plan_.rate_command[k][0];
+      command.body_rates_rad_s[k] = plan_.rate_command[k].tail<3>();
+    } else {
+      command.thrust_rate_n_s[k] = plan_.thrust_rate_n_s[k];
+      command.rotor_thrust_n[k] = plan_.state[k].thrust_command_n;
+      command.collective_thrust_n[k] = plan_.state[k].thrust_command_n.sum();
+      command.body_rates_rad_s[k] = within(request_->quadrotor.body_rate_max_rad_s, plan_.state[k].w_WB_B);
+    }
   }
   ++command.sequence;
   command.answers_sequence = state_.newest.sequence;
@@ -268,8 +314,8 @@ void Stepping::fill_command(Stamp plan_start) noexcept {
   command.plan_start = plan_start;
   command.steps = steps;
   command.validity = std::min<Stamp>(steps * command.plan_step, kMaxValidity);
-  state_.inputs.add(plan_start, command.plan_step,
-                    {command.thrust_rate_n_s.data(), static_cast<std::size_t>(command.steps)}, command.validity);
+  const PlainVector4* const sent = by_rates() ? plan_.rate_command.data() : plan_.thrust_rate_n_s.data();
+  state_.inputs.add(plan_start, command.plan_step, {sent, static_cast<std::size_t>(steps)}, command.validity);
 }
 
 void Stepping::fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded,
@@ -313,13 +359,18 @@ protocol::Problems Stepping::diagnose(double effective_samples, Withheld withhel
   findings.course_done = progress_.done();
   findings.depth_missing = depth_missing();
   findings.states_missing = states_missing_;
-  findings.states_rejected = shared_->newest_state_rejected.load(std::memory_order_relaxed);
+  findings.states_rejected = shared_->motion_jumped.exchange(false, std::memory_order_relaxed) ||
+                             shared_->newest_state_rejected.load(std::memory_order_relaxed);
   findings.frames_rejected = shared_->newest_frame_rejected.load(std::memory_order_relaxed);
   findings.stamps_jumped = shared_->stamps_jumped.exchange(false, std::memory_order_relaxed);
   findings.delay_long = (lockstep() ? delay.whole() : delay.ahead()) >= DelayEstimate::kMaxDelay;
   findings.deadlines_missed = shared_->account.deadlines_missed.load(std::memory_order_relaxed);
   findings.withheld = problems(withheld);
   findings.contradictions = contradictions_;
+  if (by_rates()) {
+    if (state_.thrust_factor.unlike_told()) findings.contradictions |= bit(protocol::Problem::kThrustUnlikeTold);
+    if (rate_lags_.unlike_told()) findings.contradictions |= bit(protocol::Problem::kRateLoopUnlikeTold);
+  }
   findings.sensing = shared_->sensing_problems.load(std::memory_order_relaxed);
   return diagnosis_.step(findings);
 }

@@ -13,8 +13,10 @@
 #include "server/pilot/disturbance.h"
 #include "server/pilot/mailboxes.h"
 #include "server/pilot/predictor.h"
+#include "server/pilot/rate_lags.h"
 #include "server/pilot/state_watch.h"
 #include "server/pilot/step_observer.h"
+#include "server/pilot/thrust_factor.h"
 #include "server/planner/planner.h"
 
 namespace gatefield::pilot {
@@ -31,7 +33,8 @@ namespace gatefield::pilot {
 /// involved. The same states and frames give the same commands (but for the measured times in `health`).
 ///
 /// A state of another time line than the one before (TimeLine) begins anew what is bound to stamps: what was sent, the
-/// delay, how old things are. Progress along the course, the gates and the planner's warm start stay.
+/// delay, how old things are. Progress along the course, the gates and the planner's warm start stay. A vehicle that
+/// is found elsewhere (MotionLine) flew through no gate on its way there.
 ///
 /// What looks wrong (StateWatch, Diagnosis) is told in every command's health and, when no command goes out, through
 /// Mailboxes::healths alone. The watches decide no command, so they are not written down with the rest.
@@ -85,16 +88,20 @@ class Stepping {
     StateSample newest;
     bool have_state = false;
     std::uint32_t line = 0;     ///< number of the time line that all stamps below are of
+    std::uint32_t jumps = 0;    ///< of the newest sample that was taken in
     bool state_is_new = false;  ///< `newest` was not planned from yet
     bool have_rotors = false;
-    QuadrotorState rotors;  ///< thrusts only, modelled when the vehicle can't tell
+    /// Thrusts only, modelled when the vehicle can't tell. By body rates always modelled: a rate loop moves the rotors
+    /// by itself, and a plan that began with that would feed it back.
+    QuadrotorState rotors;
     Stamp rotors_stamp{0};
     Stamp first_stamp{0};  ///< of the line's first state
     InputTimeline inputs;
     DelayEstimate delay;
     bool delay_known = false;
     Disturbance disturbance;
-    QuadrotorState measured;  ///< the last state taken in, with its rotors
+    ThrustFactor thrust_factor;  ///< by body rates
+    QuadrotorState measured;     ///< the last state taken in, with its rotors
     Stamp measured_stamp{-1};
     gates::GateBelief passed;  ///< the gate flown through last, without its field
     bool have_passed = false;
@@ -119,7 +126,11 @@ class Stepping {
   void read_beliefs() noexcept;
   void begin_line(const StateSample& sample) noexcept;
   void take_in(const StateSample& sample) noexcept;
-  void watch_disturbance(const StateSample& sample) noexcept;
+  bool by_rates() const noexcept { return request_->actuation.kind == Actuation::Kind::kBodyRates; }
+  InputTimeline nothing_sent() const noexcept;
+  Dynamics dynamics() const noexcept;
+  void compare_with_prediction(const StateSample& sample) noexcept;
+  void watch_rate_loop(const StateSample& sample, bool asked_known) noexcept;
   void hold_behind(const planner::PlanInput& input) noexcept;
   void fill_command(Stamp plan_start) noexcept;
   void fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded, Withheld withheld) noexcept;
@@ -138,6 +149,7 @@ class Stepping {
   State state_;
   planner::Plan plan_;
   StateWatch state_watch_;
+  RateLags rate_lags_;
   protocol::Problems contradictions_ = 0;  // of state_watch_, as of the newest state
   Diagnosis diagnosis_;
   bool states_missing_ = false;  // real time: late in the step in progress

@@ -24,7 +24,8 @@ class TimeLine {
   static constexpr Stamp kMaxJump = std::chrono::seconds(1);
   static constexpr Stamp kMaxFreeJump = std::chrono::minutes(10);  ///< a simulator leaps no farther at once
   /// 146 years: times that are added to a stamp don't reach the end of its 64 bits.
-  static constexpr Stamp kMaxStamp = Stamp::max() / 2;
+  /// What plans begin at is later by the state's age and the delay, and within the 2^62 ns that a command may say.
+  static constexpr Stamp kMaxStamp = Stamp::max() / 2 - std::chrono::seconds(1000);
   static constexpr int kAgree = 3;
 
   enum class Verdict {

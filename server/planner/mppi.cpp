@@ -6,7 +6,6 @@
 #include "common/base/multiversion.h"
 #include "common/base/random.h"
 #include "server/planner/applied_disturbance.h"
-#include "server/planner/warm_start.h"
 
 namespace gatefield::planner {
 namespace mppi {
@@ -30,34 +29,21 @@ namespace {
 /// Scouts are decoded this many at a time, so that threads share them.
 constexpr int kScouts = 32;
 
-/// Signs of collective, roll, pitch and yaw on each rotor, from where the rotors are and how they turn.
-kernels::NoiseShape noise_shape(const Profile& profile, const QuadrotorModel& model) {
-  kernels::NoiseShape shape;
-  for (std::size_t i = 0; i < kRotors; ++i) {
-    shape.sigma[i] = static_cast<float>(profile.noise_sigma_n_s[i]);
-    const Eigen::Vector2d& position = model.rotor_position_B_m[i];
-    shape.mixer[i] = {1.0f, position.y() >= 0 ? 1.0f : -1.0f, position.x() >= 0 ? -1.0f : 1.0f,
-                      model.rotor_spin[i] >= 0 ? 1.0f : -1.0f};
-  }
-  return shape;
-}
-
 }  // namespace
 
 Mppi::Mppi(const Profile& profile, const QuadrotorModel& model, const Course& course, double cone_angle_rad,
            std::uint64_t seed, const PlannerOptions& options)
     : profile_(profile),
-      model_(model),
       key_(stream_key(seed, Stream("gatefield.rollouts"))),
       crew_(options.crew),
       backend_(options.backend != nullptr ? options.backend : &kernels::best_backend()),
-      noise_(noise_shape(profile, model)),
+      drive_(Drive::make(profile, model, options.actuation)),
+      noise_(drive_->noise()),
       costs_(profile),
       guidance_(profile, model, course, cone_angle_rad),
-      mean_(static_cast<std::size_t>(profile.steps), ThrustRates::Zero()),
+      mean_(static_cast<std::size_t>(profile.steps), drive_->still()),
       steps_(static_cast<std::size_t>(profile.steps)),
       blocks_((profile.samples + kBlock - 1) / kBlock) {
-  model_.thrust_rate_max_n_s = std::min(model.thrust_rate_max_n_s, profile.thrust_rate_limit_n_s);
   // An adaptive temperature is known only when all costs are.
   if (options.leave_out && costs_.bounded_below() && profile.target_effective_fraction <= 0)
     short_list_.emplace(profile, &costs_);
@@ -69,14 +55,15 @@ Mppi::Mppi(const Profile& profile, const QuadrotorModel& model, const Course& co
   prepare_thread();
 }
 
-void Mppi::reset() noexcept { std::fill(mean_.begin(), mean_.end(), ThrustRates::Zero()); }
+void Mppi::reset() noexcept { std::fill(mean_.begin(), mean_.end(), drive_->still()); }
 
 bool Mppi::restore(const WarmStart& start) {
-  const auto finite = [](const ThrustRates& rates) { return rates.allFinite(); };
+  const auto finite = [](const PlainVector4& input) { return input.allFinite(); };
   if (start.mean.size() != mean_.size() || !std::all_of(start.mean.begin(), start.mean.end(), finite) ||
-      std::abs(start.detour_side) != 1.0)
+      !start.asked.allFinite() || std::abs(start.detour_side) != 1.0)
     return false;
   mean_ = start.mean;
+  drive_->restore(start.asked);
   guidance_.take_side(start.detour_side);
   return true;
 }
@@ -96,11 +83,11 @@ RolloutBatch Mppi::roll_out(const PlanInput& input, int block, Workspace& work) 
   batch.samples = inputs.samples;
   batch.stride = kBlock;
   backend_->sample(noise_, key_, input.step, block * kBlock, flat_mean_.data(), inputs);
-  if (profile_.noise_correlation > 0) {
-    const auto keep = static_cast<float>(profile_.noise_correlation);
+  if (drive_->noise_correlation() > 0) {
+    const auto keep = static_cast<float>(drive_->noise_correlation());
     mppi::correlate(flat_mean_.data(), keep, std::sqrt(1.0f - keep * keep), profile_.steps, kBlock, inputs.data);
   }
-  backend_->rollout(model_, input.start, profile_.step_s, inputs, batch.states);
+  drive_->roll_out(*backend_, input, inputs, batch.states);
   apply_disturbance(input.disturbance_W_m_s2, profile_.step_s, batch);
   return batch;
 }
@@ -167,7 +154,7 @@ void Mppi::average() noexcept {
 }
 
 void Mppi::plan(const PlanInput& input, Plan* plan) noexcept {
-  shift_plan(input.elapsed_s, profile_.step_s, mean_);
+  drive_->begin(input, mean_);
   for (std::size_t k = 0; k < steps_; ++k)
     for (std::size_t i = 0; i < kernels::kInputs; ++i)
       flat_mean_[k * kernels::kInputs + i] = static_cast<float>(mean_[k][static_cast<Eigen::Index>(i)]);
@@ -191,18 +178,16 @@ void Mppi::plan(const PlanInput& input, Plan* plan) noexcept {
 
 void Mppi::predict(const PlanInput& input, Plan* plan) const noexcept {
   plan->steps = profile_.steps;
-  QuadrotorState state = input.start;
+  DrivenState state = drive_->start(input);
   plan->lowest_field_m = 0.0;
   float x[kMaxSteps], y[kMaxSteps], z[kMaxSteps], s[kMaxSteps];
   for (std::size_t k = 0; k < steps_; ++k) {
-    const Eigen::Vector4d before = state.thrust_command_n;
-    state = step_planner(model_, state, mean_[k], profile_.step_s);
-    apply_disturbance(input.disturbance_W_m_s2, profile_.step_s, &state);
-    plan->thrust_rate_n_s[k] = (state.thrust_command_n - before) / profile_.step_s;
-    plan->state[k] = state;
-    x[k] = static_cast<float>(state.p_WB.x());
-    y[k] = static_cast<float>(state.p_WB.y());
-    z[k] = static_cast<float>(state.p_WB.z());
+    drive_->move(input, mean_[k], k, &state, plan);
+    apply_disturbance(input.disturbance_W_m_s2, profile_.step_s, &state.body);
+    plan->state[k] = state.body;
+    x[k] = static_cast<float>(state.body.p_WB.x());
+    y[k] = static_cast<float>(state.body.p_WB.y());
+    z[k] = static_cast<float>(state.body.p_WB.z());
   }
   if (input.target.field != nullptr) {
     input.target.field->evaluate({x, steps_}, {y, steps_}, {z, steps_}, {s, steps_});
@@ -215,6 +200,7 @@ Result<std::unique_ptr<Planner>> Planner::create(const Profile& profile, const Q
                                                  const PlannerOptions& options) {
   if (Status status = validate(profile); !status) return status.failure();
   if (Status status = gatefield::validate(model); !status) return status.failure();
+  if (Status status = gatefield::validate(options.actuation); !status) return status.failure();
   if (Status status = gatefield::validate(course); !status) return status.failure();
   if (Status status = check_heights(profile, model, course); !status) return status.failure();
   return std::unique_ptr<Planner>(std::make_unique<Mppi>(profile, model, course, cone_angle_rad, seed, options));

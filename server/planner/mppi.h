@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "server/planner/drive/drive.h"
 #include "server/planner/planner.h"
 #include "server/planner/race_guidance.h"
 #include "server/planner/rollout_costs.h"
@@ -10,13 +11,14 @@
 
 namespace gatefield::planner {
 
-/// Model predictive path integral control over thrust rates (paper, "Vision Guided Racing Controller via MPPI").
+/// Model predictive path integral control (paper, "Vision Guided Racing Controller via MPPI") over the inputs that the
+/// vehicle's drive has (drive/drive.h): thrust rates, as in the paper, or what a flight controller is asked for.
 /// A step:
 ///   1. U, the previous plan, is shifted by the time that has passed (warm_start.h).
-///   2. U_m = U + noise, the first of the M samples without (kernels/noise/noise.h); where the profile wants it, noise
-///      is correlated over the steps: e_k = rho e_{k-1} + sqrt(1 - rho^2) n_k.
-///   3. States X_m follow by rolling U_m out (kernels/rollout/rollout.h) and from what disturbs them
-///      (applied_disturbance.h); U_m becomes what was applied within the limits.
+///   2. U_m = U + noise, the first of the M samples without (kernels/noise/noise.h); where the drive wants it, noise is
+///      correlated over the steps: e_k = rho e_{k-1} + sqrt(1 - rho^2) n_k.
+///   3. States X_m follow by rolling U_m out (kernels/rollout) and from what disturbs them (applied_disturbance.h); U_m
+///      becomes what was applied within the limits.
 ///   4. J_m is the sum of the cost terms (rollout_costs.h), measured by where the gates are (race_guidance.h), with the
 ///      field only for those that may get weight (short_list.h).
 ///   5. w_m = softmax(-J_m / lambda),  U = sum_m w_m U_m (kernels/average/average.h).
@@ -31,7 +33,7 @@ class Mppi final : public Planner {
 
   void plan(const PlanInput& input, Plan* plan) noexcept override;
   void reset() noexcept override;
-  WarmStart warm_start() const override { return {mean_, guidance_.detour_side()}; }
+  WarmStart warm_start() const override { return {mean_, drive_->asked(), guidance_.detour_side()}; }
   bool restore(const WarmStart& start) override;
   const Profile& profile() const noexcept override { return profile_; }
   void watch(RolloutObserver* observer) noexcept override { observer_ = observer; }
@@ -49,16 +51,16 @@ class Mppi final : public Planner {
   kernels::SampleBlock inputs_of(int block) noexcept;
 
   Profile profile_;
-  QuadrotorModel model_;  ///< its thrust rate bounded by the profile's
-  std::uint64_t key_;     ///< of the rollouts' noise
+  std::uint64_t key_;  ///< of the rollouts' noise
   kernels::Crew* crew_;
   const kernels::Backend* backend_;
+  std::unique_ptr<Drive> drive_;
   kernels::NoiseShape noise_;
   RolloutCosts costs_;
   RaceGuidance guidance_;
   std::optional<ShortList> short_list_;  ///< empty: the field is asked for every rollout
   RolloutObserver* observer_ = nullptr;
-  std::vector<ThrustRates> mean_;  ///< U, starts the next step
+  std::vector<PlainVector4> mean_;  ///< U, starts the next step
   std::size_t steps_;
   int blocks_;
 

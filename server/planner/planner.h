@@ -7,6 +7,7 @@
 
 #include "common/base/result.h"
 #include "common/course/course.h"
+#include "common/vehicle/actuation.h"
 #include "common/vehicle/quadrotor.h"
 #include "server/gates/gate_belief.h"
 #include "server/kernels/backend.h"
@@ -33,11 +34,14 @@ class RolloutObserver {
 
 /// What a step plans from.
 struct PlanInput {
-  QuadrotorState start;    ///< predicted to the moment when the plan's first input begins to hold
-  double elapsed_s = 0.0;  ///< between the previous plan's start and this one's: shifts the warm start
-  std::uint64_t step = 0;  ///< counter of the noise; the same (seed, step, input) gives the same plan
-  GateBelief target;       ///< the gate to pass now
-  GateBelief next;         ///< the one after it
+  QuadrotorState start;  ///< predicted to the moment when the plan's first input begins to hold
+  /// Vehicles of Actuation::Kind::kBodyRates: what they are asked for when the plan's first input begins to hold.
+  RateCommand asked = RateCommand::Zero();
+  double thrust_factor = 1.0;  ///< and what they really give, over what they are thought to
+  double elapsed_s = 0.0;      ///< between the previous plan's start and this one's: shifts the warm start
+  std::uint64_t step = 0;      ///< counter of the noise; the same (seed, step, input) gives the same plan
+  GateBelief target;           ///< the gate to pass now
+  GateBelief next;             ///< the one after it
   bool has_next = false;
   Eigen::Vector3d disturbance_W_m_s2 = Eigen::Vector3d::Zero();  ///< acceleration beyond the model's, over the horizon
   GateBelief passed_gate;  ///< the one passed last, without its field: its frame may still be in the way
@@ -50,7 +54,8 @@ struct PlanInput {
 /// What comes out. Arrays hold `steps` entries.
 struct Plan {
   int steps = 0;
-  std::array<ThrustRates, kMaxSteps> thrust_rate_n_s;  ///< applied inputs (within limits)
+  std::array<ThrustRates, kMaxSteps> thrust_rate_n_s;  ///< applied inputs (within limits); by body rates zero
+  std::array<RateCommand, kMaxSteps> rate_command;     ///< by body rates: what to ask for during each step; else zero
   std::array<QuadrotorState, kMaxSteps> state;         ///< predicted at the end of each step
   double effective_samples = 0.0;
   double temperature = 0.0;
@@ -61,8 +66,9 @@ struct Plan {
 
 /// What a plan takes over from the one before it: to be written down, and set to what was.
 struct WarmStart {
-  std::vector<ThrustRates> mean;  ///< the mean inputs, one for each of the profile's steps
-  double detour_side = 1.0;       ///< on which side a missed gate is flown around, 1 or -1
+  std::vector<PlainVector4> mean;           ///< the mean inputs, one for each of the profile's steps
+  RateCommand asked = RateCommand::Zero();  ///< by body rates: what the plan asks for where it starts; else zero
+  double detour_side = 1.0;                 ///< on which side a missed gate is flown around, 1 or -1
 };
 
 /// Whether every gate of the course can be flown through between the heights that the profile permits, [lowest,
@@ -73,8 +79,9 @@ struct WarmStart {
 /// Thread-safe: yes.   Real-time safe: no.
 Status check_heights(const Profile& profile, const QuadrotorModel& model, const Course& course);
 
-/// How a step is computed.
+/// What is planned for, beside the vehicle's model, and how a step is computed.
 struct PlannerOptions {
+  Actuation actuation = {};  ///< how the vehicle is driven
   /// Whose free threads help with the blocks of a step; null: none. Outlives the planner. The plan is the same.
   kernels::Crew* crew = nullptr;
   /// Leaves the field out for rollouts that can no longer get weight (short_list.h). The plan is the same within single
@@ -85,7 +92,7 @@ struct PlannerOptions {
   const kernels::Backend* backend = nullptr;
 };
 
-/// Plans thrust rates. The one that planning servers have is MPPI (mppi.h); create() makes it.
+/// Plans what a vehicle is asked for. The one that planning servers have is MPPI (mppi.h); create() makes it.
 /// Thread-safe: no, one instance per session.   Real-time safe: plan() yes (no allocation, lock or system call, but for
 /// what Crew says), in threads that called prepare_thread(); others allocate their workspace in their first step.
 /// The same seed and inputs give the same plan, bit for bit, whatever the number of threads and whatever planners on
@@ -94,7 +101,7 @@ class Planner {
  public:
   /// @param course          to be flown: what its heights count from
   /// @param cone_angle_rad  of the hourglass that the field was trained with (model manifest)
-  /// Errors: what validate() says of profile, model and course, and what check_heights() does.
+  /// Errors: what validate() says of profile, model, actuation and course, and what check_heights() does.
   static Result<std::unique_ptr<Planner>> create(const Profile& profile, const QuadrotorModel& model,
                                                  const Course& course, double cone_angle_rad, std::uint64_t seed,
                                                  const PlannerOptions& options = {});

@@ -26,6 +26,21 @@ struct Profile {
   std::array<double, 4> noise_sigma_n_s{3, 3, 3, 9};  ///< collective, roll, pitch, yaw in mixer space
   double noise_correlation = 0.0;  ///< between neighbouring steps; 0: white. The spread of each step stays the same
 
+  // Vehicles that are asked for collective thrust and body rates (Actuation::Kind::kBodyRates). Thrusts are parts of the
+  // hover's or of the total, so that a profile fits vehicles of any mass.
+  bool rates_by_changes = false;         ///< samples changes per second instead of what is asked for
+  double rates_correlation = 0.85;       ///< of what is asked for between neighbouring steps; changes are white
+  double rates_thrust_sigma = 0.3;       ///< spread of what is asked for, hover thrusts
+  double rates_tilt_sigma_rad_s = 0.85;  ///< about x and y
+  double rates_yaw_sigma_rad_s = 0.5;
+  double rates_thrust_change_sigma_s = 4.5;  ///< spread of the changes, hover thrusts per second
+  double rates_tilt_change_sigma_rad_s2 = 12.0;
+  double rates_yaw_change_sigma_rad_s2 = 10.0;
+  double rates_thrust_low = 0.12;       ///< of the total thrust: below, the mixer has no torque left
+  double rates_thrust_high = 0.8;       ///< and above
+  double rates_tilt_limit_rad_s = 9.0;  ///< about x and y; a vehicle's own limit holds as well
+  double rates_yaw_limit_rad_s = 6.0;
+
   // Model
   double disturbance_time_s = 0.4;  ///< over which the acceleration beyond the model is averaged; 0: not estimated
   /// Plans from where the vehicle will be when the plan can begin to hold; off: from where it was measured, and the
@@ -115,6 +130,7 @@ inline constexpr SwitchField kSwitchFields[] = {
     {"switch_in_rollout", &Profile::switch_in_rollout},
     {"funnel", &Profile::funnel},
     {"predict_delay", &Profile::predict_delay},
+    {"rates_by_changes", &Profile::rates_by_changes},
 };
 
 inline constexpr NumberField kNumberFields[] = {
@@ -122,6 +138,17 @@ inline constexpr NumberField kNumberFields[] = {
     {"control_rate_hz", &Profile::control_rate_hz, 5, 500},
     {"thrust_rate_limit_n_s", &Profile::thrust_rate_limit_n_s, 0.1, 1e5},
     {"noise_correlation", &Profile::noise_correlation, 0, 0.95},
+    {"rates_correlation", &Profile::rates_correlation, 0, 0.99},
+    {"rates_thrust_sigma", &Profile::rates_thrust_sigma, 0, 10},
+    {"rates_tilt_sigma_rad_s", &Profile::rates_tilt_sigma_rad_s, 0, 100},
+    {"rates_yaw_sigma_rad_s", &Profile::rates_yaw_sigma_rad_s, 0, 100},
+    {"rates_thrust_change_sigma_s", &Profile::rates_thrust_change_sigma_s, 0, 1000},
+    {"rates_tilt_change_sigma_rad_s2", &Profile::rates_tilt_change_sigma_rad_s2, 0, 10000},
+    {"rates_yaw_change_sigma_rad_s2", &Profile::rates_yaw_change_sigma_rad_s2, 0, 10000},
+    {"rates_thrust_low", &Profile::rates_thrust_low, 0, 0.5},
+    {"rates_thrust_high", &Profile::rates_thrust_high, 0.5, 1},
+    {"rates_tilt_limit_rad_s", &Profile::rates_tilt_limit_rad_s, 0.5, 100},
+    {"rates_yaw_limit_rad_s", &Profile::rates_yaw_limit_rad_s, 0.5, 100},
     {"disturbance_time_s", &Profile::disturbance_time_s, 0, 10},
     {"temperature", &Profile::temperature, 1e-6, 1e6},
     {"target_effective_fraction", &Profile::target_effective_fraction, 0, 1},

@@ -274,9 +274,6 @@ Result<pilot::PilotParts> Service::parts_for(const protocol::SessionRequest& req
     for (const auto& [name, unused] : options_.profiles) known += (known.empty() ? "" : ", ") + name;
     return Error::invalid("profile", "\"" + request.profile + "\"", "one of: " + known, ErrorCode::kUnknownName);
   }
-  if (request.actuation.kind == Actuation::Kind::kBodyRates)
-    return Error::invalid("actuation.kind", "1 (collective thrust and body rates)",
-                          "0 (rotor thrusts), the kind that this server's planners fly", ErrorCode::kUnsupported);
   auto planner = factories_.planner(profile->second, request);
   if (!planner) return planner.failure();
   auto sensor = factories_.sensor(request);

@@ -66,8 +66,10 @@ std::uint64_t PathFollower::send_depth_counts(Stamp stamp, std::span<const std::
   return received().frames.size();
 }
 
-std::uint64_t PathFollower::send_state(Stamp stamp, const QuadrotorState&, bool) {
+std::uint64_t PathFollower::send_state(Stamp stamp, const QuadrotorState& state, bool thrust_known) {
   const std::lock_guard lock(mutex_);
+  if (received_.states.empty()) received_.first = state;
+  received_.thrust_known = thrust_known;
   received_.states.push_back(stamp);
   if (received_.states.size() < options_.silent_from && stamp >= last_answered_ + kControlPeriod) {
     last_answered_ = stamp;
@@ -157,6 +159,8 @@ sdk::Setpoint PathFollower::play(Stamp, const QuadrotorState& state, std::chrono
                                  .cwiseMax(-model_.thrust_rate_max_n_s)
                                  .cwiseMin(model_.thrust_rate_max_n_s);
   setpoint.rotor_thrust_n = thrust_n;
+  setpoint.collective_thrust_n = collective_n;
+  setpoint.body_rates_rad_s = w_want;
   return setpoint;
 }
 

@@ -10,7 +10,7 @@
 namespace gatefield::test {
 
 /// A client that needs no server: a geometric controller that follows a smooth closed path through given gates, so that
-/// the simulator can be tested on its own. It stands in for the planner and is allowed to know the gates.
+/// the simulator can be tested on its own, whichever part of a setpoint its vehicle follows. It stands in for the planner and is allowed to know the gates.
 class PathFollower final : public sdk::Client {
  public:
   struct Options {
@@ -41,6 +41,8 @@ class PathFollower final : public sdk::Client {
   struct Received {
     std::vector<Stamp> states, frames;
     std::size_t valid_pixels = 0;  ///< over all frames
+    QuadrotorState first;          ///< the first state
+    bool thrust_known = false;     ///< of the newest state
   };
   Received received() const;
 

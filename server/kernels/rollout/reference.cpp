@@ -10,7 +10,7 @@ double finite_within(double value, double limit, double otherwise = 0.0) noexcep
   return std::isfinite(value) ? std::clamp(value, -limit, limit) : otherwise;
 }
 
-Eigen::Vector3d saturated(const Eigen::Vector3d& value, double limit) noexcept {
+Eigen::Vector3d within(const Eigen::Vector3d& value, double limit) noexcept {
   return value.unaryExpr([limit](double x) { return std::clamp(x, -limit, limit); });
 }
 
@@ -34,6 +34,32 @@ QuadrotorState bounded(const QuadrotorState& start, double dt_s) noexcept {
   return state;
 }
 
+QuadrotorState saturated(const QuadrotorState& state, double dt_s) noexcept {
+  QuadrotorState inside = state;
+  inside.p_WB = within(state.p_WB, kPositionLimit_m);
+  inside.v_WB = within(state.v_WB, kSpeedLimit_m_s);
+  inside.w_WB_B = within(state.w_WB_B, rate_limit_rad_s(dt_s));
+  return inside;
+}
+
+void put_state(const QuadrotorState& state, SampleBlock states, int k, int m) noexcept {
+  const auto put = [&](int channel, double value) { states.row(k, channel)[m] = static_cast<float>(value); };
+  put(kPx, state.p_WB.x());
+  put(kPy, state.p_WB.y());
+  put(kPz, state.p_WB.z());
+  put(kVx, state.v_WB.x());
+  put(kVy, state.v_WB.y());
+  put(kVz, state.v_WB.z());
+  put(kQw, state.q_WB.w());
+  put(kQx, state.q_WB.x());
+  put(kQy, state.q_WB.y());
+  put(kQz, state.q_WB.z());
+  put(kWx, state.w_WB_B.x());
+  put(kWy, state.w_WB_B.y());
+  put(kWz, state.w_WB_B.z());
+  put(kThrustSum, state.thrust_n.sum());
+}
+
 void rollout_reference(const QuadrotorModel& model, const QuadrotorState& start, double dt_s, SampleBlock inputs,
                        SampleBlock states) noexcept {
   const int lanes = padded_samples(inputs.samples);
@@ -45,28 +71,11 @@ void rollout_reference(const QuadrotorModel& model, const QuadrotorState& start,
         const double wanted = inputs.row(k, i)[m];
         u[i] = std::isnan(wanted) ? 0.0 : wanted;
       }
-      QuadrotorState next = step_planner(model, state, u, dt_s);
-      next.p_WB = saturated(next.p_WB, kPositionLimit_m);
-      next.v_WB = saturated(next.v_WB, kSpeedLimit_m_s);
-      next.w_WB_B = saturated(next.w_WB_B, rate_limit_rad_s(dt_s));
+      const QuadrotorState next = saturated(step_planner(model, state, u, dt_s), dt_s);
       for (int i = 0; i < kInputs; ++i) {
         inputs.row(k, i)[m] = static_cast<float>((next.thrust_command_n[i] - state.thrust_command_n[i]) / dt_s);
       }
-      const auto put = [&](int channel, double value) { states.row(k, channel)[m] = static_cast<float>(value); };
-      put(kPx, next.p_WB.x());
-      put(kPy, next.p_WB.y());
-      put(kPz, next.p_WB.z());
-      put(kVx, next.v_WB.x());
-      put(kVy, next.v_WB.y());
-      put(kVz, next.v_WB.z());
-      put(kQw, next.q_WB.w());
-      put(kQx, next.q_WB.x());
-      put(kQy, next.q_WB.y());
-      put(kQz, next.q_WB.z());
-      put(kWx, next.w_WB_B.x());
-      put(kWy, next.w_WB_B.y());
-      put(kWz, next.w_WB_B.z());
-      put(kThrustSum, next.thrust_n.sum());
+      put_state(next, states, k, m);
       state = next;
     }
   }

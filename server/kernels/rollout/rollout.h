@@ -45,6 +45,11 @@ double rate_limit_rad_s(double dt_s) noexcept;
 /// `start` within those limits: what isn't finite becomes zero, the attitude is normalised (identity when it can't be).
 QuadrotorState bounded(const QuadrotorState& start, double dt_s) noexcept;
 
+/// A state that a step led to, within them. @pre finite
+QuadrotorState saturated(const QuadrotorState& state, double dt_s) noexcept;
+/// Writes it as step k of sample m.
+void put_state(const QuadrotorState& state, SampleBlock states, int k, int m) noexcept;
+
 struct RolloutConstants;
 /// A block by one instruction set, see simd.cpp.
 using RolloutLoop = void(const RolloutConstants&, const SampleBlock& inputs, const SampleBlock& states);

@@ -21,10 +21,18 @@ config::Scenario one_lap() {
   return std::move(scenario).value();
 }
 
-sdk::Options link(const config::Scenario& scenario) {
+config::Scenario one_gate() {
+  auto scenario = config::make_scenario(config::find_config("courses", "one-gate").value(),
+                                        config::find_config("vehicles", "racer").value());
+  if (!scenario) throw std::runtime_error(scenario.error());
+  scenario.value().time_limit = std::chrono::seconds(20);
+  return std::move(scenario).value();
+}
+
+sdk::Options link(const config::Scenario& scenario, protocol::Timing timing) {
   sdk::Options options;
   options.domain = own_domain();
-  options.timing = protocol::Timing::kLockstep;
+  options.timing = timing;
   options.seed = config::planner_seed_of(scenario);
   options.speed_limit_m_s = 7.0;
   options.quadrotor = scenario.vehicle.quadrotor;
@@ -45,24 +53,31 @@ std::string Flown::story() const {
 }
 
 Flown fly_with(const Fault& fault) {
-  const config::Scenario scenario = one_lap();
-  sdk::Options told = link(scenario);
+  const config::Scenario scenario = fault.one_gate ? one_gate() : one_lap();
+  sdk::Options told = link(scenario, fault.timing);
   if (fault.told) fault.told(&told);
   auto client = sdk::Client::connect(told);
   if (!client) throw std::runtime_error(client.error());
   FalsifyingClient falsifying(std::move(client).value(), fault.falsification);
 
   simulator::Options options;
+  options.timing = fault.timing;
   options.depth_in_counts = fault.depth_in_counts;
   options.answer_timeout = std::chrono::milliseconds(1500);  // states that are refused get no answer
   std::atomic<bool> stop{false};
   Flown flown;
-  auto report = simulator::fly(scenario, options, &falsifying, stop, {}, [&](const simulator::HeardProblem& heard) {
+  const auto hear = [&](const simulator::HeardProblem& heard) {
     flown.heard_s.emplace(heard.problem, heard.race_time_s);
-    stop = !fault.until_heard.empty() &&
-           std::all_of(fault.until_heard.begin(), fault.until_heard.end(),
-                       [&](protocol::Problem problem) { return flown.heard_s.contains(problem); });
-  });
+  };
+  const auto go_on = [&](const simulator::Progress& progress) {
+    const auto heard = [&](protocol::Problem problem) {
+      const auto found = flown.heard_s.find(problem);
+      return found != flown.heard_s.end() && progress.race_time_s >= found->second + kFlownOn_s;
+    };
+    if (!fault.until_heard.empty() && std::all_of(fault.until_heard.begin(), fault.until_heard.end(), heard))
+      stop = true;
+  };
+  auto report = simulator::fly(scenario, options, &falsifying, stop, go_on, hear);
   if (!report) throw std::runtime_error(report.error());
   flown.report = std::move(report).value();
   for (const simulator::Sample& sample : flown.report.samples) {

@@ -15,8 +15,13 @@ struct Fault {
   std::function<void(sdk::Options*)> told;  ///< vehicle and camera as the server is told; empty: as they are
   Falsification falsification;              ///< of what is sent in flight
   bool depth_in_counts = true;
-  std::set<protocol::Problem> until_heard;  ///< the flight ends when all of them were heard; empty: it ends by itself
+  /// The flight ends kFlownOn_s after all of them were heard: what is told wrongly is told by then. Empty: it ends by
+  /// itself.
+  std::set<protocol::Problem> until_heard;
+  protocol::Timing timing = protocol::Timing::kLockstep;
+  bool one_gate = false;  ///< one gate straight ahead, where it should be, is flown through; else a lap of the circle
 };
+constexpr double kFlownOn_s = 0.5;
 
 struct Flown {
   simulator::Report report;
@@ -27,7 +32,7 @@ struct Flown {
   std::string story() const;
 };
 
-/// Flies a lap of the circle with gates 0.3 m off in lockstep, with the server of this process's DDS domain.
+/// Flies a lap of the circle with gates 0.3 m off, or another course, with the server of this process's DDS domain.
 Flown fly_with(const Fault& fault);
 
 }  // namespace gatefield::test

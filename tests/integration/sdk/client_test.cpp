@@ -82,12 +82,17 @@ TEST(Connect, ARefusalIsTheError) {
   EXPECT_EQ(client.failure().expected, "paper");
 }
 
-TEST(Connect, TheServerLearnsHowTheVehicleIsDriven) {
-  ScriptedServer server("planner-1", accept_as(50), answer);
+Options driven_by_rates() {
   Options rates = options();
   rates.actuation.kind = Actuation::Kind::kBodyRates;
   rates.actuation.thrust_time_constant_s = 0.03;
   rates.actuation.rate_time_constant_s = Eigen::Vector3d(0.02, 0.02, 0.1);
+  return rates;
+}
+
+TEST(Connect, TheServerLearnsHowTheVehicleIsDriven) {
+  ScriptedServer server("planner-1", accept_as(50), answer);
+  const Options rates = driven_by_rates();
   must_connect(rates);
   ASSERT_TRUE(server.wait([&] { return !server.requests.empty(); }));
   const Actuation heard = server.requests.front().actuation;
@@ -272,6 +277,38 @@ TEST(Fly, PlaysThePlanThenFallsBack) {
   EXPECT_EQ(now.thrust_rate_n_s, command->thrust_rate_n_s[1]);
   EXPECT_EQ(client->play(1s + 599ms, state, 1ms).source, Setpoint::Source::kPlan);
   EXPECT_EQ(client->play(1s + 600ms, state, 1ms).source, Setpoint::Source::kFallback);
+}
+
+TEST(Fly, AVehicleDrivenByBodyRatesPlaysItsCommandsThenFallsBackByThem) {
+  ScriptedServer server("planner-1", accept_as(50), [](const protocol::VehicleState& state) {
+    auto command = answer_to(state);
+    command.actuation = Actuation::Kind::kBodyRates;
+    command.thrust_rate_n_s.fill(Eigen::Vector4d::Zero());
+    command.rotor_thrust_n.fill(Eigen::Vector4d::Zero());
+    return std::optional(command);
+  });
+  auto client = must_connect(driven_by_rates());
+  QuadrotorState state = test::good_state().state;
+  state.thrust_n.setZero();
+  state.thrust_command_n.setZero();
+  const auto command = client->wait_for_answer(client->send_state(1s, state, false), 2s);
+  ASSERT_TRUE(command.has_value());
+  const Setpoint plan = client->play(1s + 31ms, state, 50ms);
+  EXPECT_EQ(plan.source, Setpoint::Source::kPlan);
+  EXPECT_EQ(plan.collective_thrust_n, command->collective_thrust_n[1]);
+  EXPECT_EQ(plan.body_rates_rad_s, command->body_rates_rad_s[1]);
+  const Setpoint fallback = client->play(1s + 600ms, state, 1ms);
+  EXPECT_EQ(fallback.source, Setpoint::Source::kFallback);
+  EXPECT_GT(fallback.collective_thrust_n, 0);
+  EXPECT_TRUE(fallback.rotor_thrust_n.isZero(0) && fallback.thrust_rate_n_s.isZero(0));
+}
+
+TEST(Fly, PlansOfTheOtherKindAreDropped) {
+  ScriptedServer server("planner-1", accept_as(50), answer);  // rotor thrusts
+  auto client = must_connect(driven_by_rates());
+  EXPECT_FALSE(client->wait_for_answer(client->send_state(1s, test::good_state().state), 300ms).has_value());
+  EXPECT_GT(client->statistics().rejected, 0u);
+  EXPECT_EQ(client->statistics().commands, 0u);
 }
 
 TEST(Fly, CommandsOfAnotherSessionAreDropped) {

@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// The loop of docs/writing-a-client.md (client/sdk/examples/one_gate) against the real server.
+// The loops of docs/writing-a-client.md (client/sdk/examples/one_gate and rates) against the real server.
 class OneGate : public ::testing::Test {
  protected:
   OneGate() : programs_("one-gate"), server_(programs_.server("server.log")) {}
@@ -24,14 +24,13 @@ class OneGate : public ::testing::Test {
     std::optional<int> code;  // of the example: 0 passed
     std::string output;
   };
-  Flight fly(int rate_hz, const std::string& timing) {
-    test::Process client(ONE_GATE_EXAMPLE, {programs_.domain(), std::to_string(rate_hz), timing},
-                         programs_.file("client.log"));
+  Flight fly(int rate_hz, const std::string& timing, const std::string& program = ONE_GATE_EXAMPLE) {
+    test::Process client(program, {programs_.domain(), std::to_string(rate_hz), timing}, programs_.file("client.log"));
     const auto code = client.wait(150s);
     return {code, client.output()};
   }
-  void must_pass_in_lockstep(int rate_hz) {
-    const Flight flight = fly(rate_hz, "lockstep");
+  void must_pass_in_lockstep(int rate_hz, const std::string& program = ONE_GATE_EXAMPLE) {
+    const Flight flight = fly(rate_hz, "lockstep", program);
     EXPECT_EQ(flight.code, 0) << flight.output << server_.output();
   }
   // A machine that is busy lets the vehicle wait for its own loop: such a flight says nothing, and is flown again.
@@ -55,6 +54,9 @@ TEST_F(OneGate, IsPassedInLockstepAtAHundredHertz) { must_pass_in_lockstep(100);
 TEST_F(OneGate, IsPassedInLockstepAtTwoHundredHertz) { must_pass_in_lockstep(200); }
 TEST_F(OneGate, IsPassedInLockstepAtAThousandHertz) { must_pass_in_lockstep(1000); }
 
+TEST_F(OneGate, IsPassedByBodyRatesAtFiftyHertz) { must_pass_in_lockstep(50, RATES_EXAMPLE); }
+TEST_F(OneGate, IsPassedByBodyRatesAtTwoHundredHertz) { must_pass_in_lockstep(200, RATES_EXAMPLE); }
+
 TEST_F(OneGate, IsPassedInRealTimeAtFiftyHertz) { must_pass_in_real_time(50); }
 TEST_F(OneGate, IsPassedInRealTimeAtTwoHundredHertz) { must_pass_in_real_time(200); }
 TEST_F(OneGate, IsPassedInRealTimeAtAThousandHertz) { must_pass_in_real_time(1000); }
@@ -65,12 +67,14 @@ std::string read(const std::filesystem::path& file) {
   return text.str();
 }
 
-TEST(Page, ShowsTheLoopAsItIsBuiltAndFlown) {
-  const std::string header = read("client/sdk/examples/one_gate/fly.h");
-  const std::string loop = header.substr(header.find("template"));
-  EXPECT_NE(read("docs/writing-a-client.md").find(loop), std::string::npos)
-      << "docs/writing-a-client.md has another loop than client/sdk/examples/one_gate/fly.h:\n"
-      << loop;
+TEST(Page, ShowsTheLoopsAsTheyAreBuiltAndFlown) {
+  for (const std::string example : {"one_gate", "rates"}) {
+    const std::string header = read("client/sdk/examples/" + example + "/fly.h");
+    const std::string loop = header.substr(header.find("template"));
+    EXPECT_NE(read("docs/writing-a-client.md").find(loop), std::string::npos)
+        << "docs/writing-a-client.md has another loop than client/sdk/examples/" << example << "/fly.h:\n"
+        << loop;
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -29,7 +30,7 @@ class SimulatedVehicle {
   }
   void apply(const gatefield::PlainVector4& rotor_thrust_n) {
     advance(now());
-    state_.thrust_command_n = rotor_thrust_n.cwiseMax(model_.thrust_min_n).cwiseMin(model_.thrust_max_n);
+    ask(rotor_thrust_n);
   }
   void sleep_until(gatefield::Stamp stamp) {
     if (!real_time_) {
@@ -64,8 +65,17 @@ class SimulatedVehicle {
   /// How much later than asked sleep_until() came back, at most.
   double latest_s() const { return gatefield::seconds(latest_); }
 
+ protected:
+  using RotorLaw = std::function<gatefield::PlainVector4(const gatefield::QuadrotorState&)>;
+  /// What the rotors are asked for, anew every millisecond; apply() has no effect then.
+  void rotors_follow(RotorLaw law) { law_ = std::move(law); }
+
  private:
   static constexpr std::chrono::milliseconds kStep{1};
+
+  void ask(const gatefield::PlainVector4& rotor_thrust_n) {
+    state_.thrust_command_n = rotor_thrust_n.cwiseMax(model_.thrust_min_n).cwiseMin(model_.thrust_max_n);
+  }
 
   void render() {
     const Eigen::Isometry3d X_WC = Eigen::Translation3d(state_.p_WB) * Eigen::Quaterniond(state_.q_WB) * camera_.X_BC;
@@ -81,6 +91,7 @@ class SimulatedVehicle {
   void advance(gatefield::Stamp stamp) {
     while (at_ + kStep <= stamp) {
       const double before_m = state_.p_WB.x() - p_WG_.x();
+      if (law_) ask(law_(state_));
       state_ = gatefield::step_reference(model_, state_, gatefield::ThrustRates::Zero(), gatefield::seconds(kStep));
       at_ += kStep;
       const Eigen::Vector3d p_G = state_.p_WB - p_WG_;
@@ -118,6 +129,7 @@ class SimulatedVehicle {
   const gatefield::GateShape shape_;
   const Eigen::Vector3d p_WG_;
   const bool real_time_;
+  RotorLaw law_;                     // none: the thrusts that were applied last are held
   gatefield::QuadrotorState state_;  // at at_
   gatefield::Stamp simulated_{std::chrono::seconds(1)}, began_{0}, at_{0}, next_frame_{0}, frame_stamp_{0}, latest_{0};
   std::vector<float> depth_m_;

@@ -284,16 +284,21 @@ TEST_F(FlightLoop, WhatTheRotorsWereAskedForGoesBackUnlessTheVehicleKnowsIt) {
   run();
   for (const auto& sent : client.sent) EXPECT_EQ(sent.state.thrust_command_n[0], -1.0) << "it integrates the rates";
 
-  for (const SetpointPart kind : {SetpointPart::kRotorThrusts, SetpointPart::kCollectiveAndBodyRates}) {
-    FakeClient other(clock);
-    other.plans_from = clock.now();
-    vehicle.part = kind;
-    vehicle.steps_left = 50;
-    run_loop({&vehicle, nullptr, &vehicle, &vehicle}, &other, options, &clock, stop);
-    ASSERT_GE(other.sent.size(), 3u);
-    EXPECT_EQ(other.sent[0].state.thrust_command_n[0], -1.0) << "nothing was applied yet";
-    EXPECT_EQ(other.sent[2].state.thrust_command_n[0], 10.0) << "of the setpoint before, the tenth";
-  }
+  FakeClient thrusts(clock);
+  thrusts.plans_from = clock.now();
+  vehicle.part = SetpointPart::kRotorThrusts;
+  vehicle.steps_left = 50;
+  run_loop({&vehicle, nullptr, &vehicle, &vehicle}, &thrusts, options, &clock, stop);
+  ASSERT_GE(thrusts.sent.size(), 3u);
+  EXPECT_EQ(thrusts.sent[0].state.thrust_command_n[0], -1.0) << "nothing was applied yet";
+  EXPECT_EQ(thrusts.sent[2].state.thrust_command_n[0], 10.0) << "of the setpoint before, the tenth";
+
+  FakeClient rates(clock);
+  rates.plans_from = clock.now();
+  vehicle.part = SetpointPart::kCollectiveAndBodyRates;
+  vehicle.steps_left = 50;
+  run_loop({&vehicle, nullptr, &vehicle, &vehicle}, &rates, options, &clock, stop);
+  for (const auto& sent : rates.sent) EXPECT_EQ(sent.state.thrust_command_n[0], -1.0) << "its rotors are not asked";
 }
 
 TEST_F(FlightLoop, StepsAllocateNothing) {

@@ -240,7 +240,7 @@ TEST(Campaign, ASavedOneReadsBackTheSameInAnotherPlace) {
 }
 
 TEST(Campaign, TheOnesThatShipAreGood) {
-  for (const char* name : {"paper", "readme", "smoke"}) {
+  for (const char* name : {"paper", "rates", "readme", "smoke"}) {
     const auto campaign = load_campaign(config::find_config("campaigns", name).value());
     ASSERT_TRUE(campaign.ok()) << campaign.error();
     for (const Cell& cell : campaign->cells) {
@@ -254,6 +254,52 @@ TEST(Campaign, TheOnesThatShipAreGood) {
       EXPECT_EQ(cell.seeds.count(), evaluation ? 100u : 2u) << cell.name;
     }
   }
+}
+
+TEST(Campaign, ACellSaysHowItsVehicleIsDriven) {
+  const Campaign campaign = campaign_of(R"(
+    defaults { scenario: "circle-0.3m" speed_m_s: 8 seeds { first: 1 last: 2 } actuation { kind: BODY_RATES } }
+    cell { name: "usual" mismatch { rate_lag_factor: 1.5 } }
+    cell { name: "own" actuation { kind: BODY_RATES thrust_time_constant_s: 0.04 rate_time_constant_s { x: 0.1 y: 0.1 z: 0.3 } } }
+    cell { name: "thrusts" actuation { kind: ROTOR_THRUSTS } }
+    cell { name: "files" vehicle: "racer-rates" }
+  )");
+  ASSERT_EQ(campaign.cells.size(), 4u);
+  const auto lag_s = [&](std::size_t i) {
+    return campaign.cells[i].scenario.vehicle.actuation.rate_time_constant_s.x();
+  };
+  EXPECT_EQ(campaign.cells[0].scenario.vehicle.actuation.kind, Actuation::Kind::kBodyRates);
+  EXPECT_NEAR(lag_s(0), 0.0425, 1e-12);
+  EXPECT_EQ(campaign.cells[0].scenario.mismatch.rate_lag_factor, 1.5);
+  EXPECT_EQ(lag_s(1), 0.1);
+  EXPECT_EQ(campaign.cells[2].scenario.vehicle.actuation.kind, Actuation::Kind::kRotorThrusts);
+  EXPECT_NEAR(lag_s(3), lag_s(0), 1e-12) << "the shipped file has the usual lags";
+
+  const Folder folder;
+  ASSERT_TRUE(save_campaign(campaign, folder.path()).ok());
+  const auto again = load_campaign(folder.path() / "campaign.txt");
+  ASSERT_TRUE(again.ok()) << again.error();
+  for (std::size_t i = 0; i < campaign.cells.size(); ++i) {
+    const Actuation &flown = campaign.cells[i].scenario.vehicle.actuation,
+                    &kept = again->cells[i].scenario.vehicle.actuation;
+    EXPECT_EQ(kept.kind, flown.kind);
+    EXPECT_EQ(kept.rate_time_constant_s, flown.rate_time_constant_s);
+  }
+
+  EXPECT_THAT(
+      refusal("defaults { scenario: \"circle\" speed_m_s: 6 seeds { first: 1 last: 2 } }\n"
+              "cell { name: \"a\"\n  mismatch { rate_lag_factor: 1.5 } }"),
+      HasSubstr("c.txt:3: cell 'a': mismatch.rate_lag_factor is 1.5, expected 1 for a vehicle driven by rotor"));
+  EXPECT_THAT(refusal("defaults { scenario: \"circle\" speed_m_s: 6 seeds { first: 1 last: 2 } }\n"
+                      "cell { name: \"a\"\n  actuation { kind: BODY_RATES thrust_time_constant_s: 0.02 } }"),
+              HasSubstr("c.txt:3: cell 'a': actuation.rate_time_constant_s[0] is 0 s"));
+}
+
+TEST(SingleCell, SaysHowItsVehicleIsDriven) {
+  SingleCell asked{"circle-yaw30", "race", "race", {8}, {1, 2}, {}, {}};
+  EXPECT_EQ(single_cell_campaign(asked)->cells[0].scenario.vehicle.actuation.kind, Actuation::Kind::kRotorThrusts);
+  asked.actuation = Actuation::Kind::kBodyRates;
+  EXPECT_EQ(single_cell_campaign(asked)->cells[0].scenario.vehicle.actuation.kind, Actuation::Kind::kBodyRates);
 }
 
 TEST(SingleCell, IsACampaignLikeAnyOther) {

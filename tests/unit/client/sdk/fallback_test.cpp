@@ -180,5 +180,82 @@ TEST(Fallback, IsCalledRarelyAndStillHolds) {
   EXPECT_NEAR(flight.end.p_WB.z(), 5, 0.2);
 }
 
+Actuation by_rates() {
+  Actuation actuation;
+  actuation.kind = Actuation::Kind::kBodyRates;
+  actuation.thrust_time_constant_s = 0.025;
+  actuation.rate_time_constant_s = Eigen::Vector3d(0.042, 0.042, 0.08);
+  return actuation;
+}
+
+// A flight controller as its lags say.
+Flight fly_by_rates(Fallback* fallback, const QuadrotorModel& model, QuadrotorState state, Stamp length) {
+  const Actuation lags = by_rates();
+  Flight flight;
+  double collective_n = model.mass_kg * kGravity_m_s2;
+  const Eigen::Vector3d start = state.p_WB;
+  const double h = 1e-3;
+  for (Stamp now{0}; now < length; now += 1ms) {
+    QuadrotorState told = state;
+    told.thrust_n.setConstant(NAN);
+    told.thrust_command_n.setConstant(NAN);
+    const Setpoint setpoint = fallback->update(now, told);
+    EXPECT_TRUE(setpoint.rotor_thrust_n.isZero(0) && setpoint.thrust_rate_n_s.isZero(0));
+    EXPECT_GE(setpoint.collective_thrust_n, 0.1 * kRotors * model.thrust_max_n);
+    EXPECT_LE(setpoint.collective_thrust_n, kRotors * model.thrust_max_n);
+    EXPECT_LE((setpoint.body_rates_rad_s.cwiseAbs() - model.body_rate_max_rad_s).maxCoeff(), 1e-9);
+    collective_n += h / lags.thrust_time_constant_s * (setpoint.collective_thrust_n - collective_n);
+    state.w_WB_B +=
+        h * (setpoint.body_rates_rad_s - state.w_WB_B).cwiseQuotient(Eigen::Vector3d(lags.rate_time_constant_s));
+    const double angle = h * state.w_WB_B.norm();
+    if (angle > 0) state.q_WB = (state.q_WB * Eigen::AngleAxisd(angle, state.w_WB_B.normalized())).normalized();
+    const Eigen::Matrix3d R_WB = state.q_WB.toRotationMatrix();
+    const Eigen::Vector3d a_W =
+        (collective_n * R_WB.col(2) - R_WB * model.drag_kg_s.cwiseProduct(R_WB.transpose() * state.v_WB)) /
+            model.mass_kg -
+        Eigen::Vector3d(0, 0, kGravity_m_s2);
+    state.v_WB += h * a_W;
+    state.p_WB += h * state.v_WB;
+    flight.lowest_m = std::min(flight.lowest_m, state.p_WB.z());
+    flight.farthest_m = std::max(flight.farthest_m, (state.p_WB - start).head<2>().norm());
+    if (tilt_rad(state) > 35 * kDegree) flight.level_after_s = seconds(now);
+  }
+  flight.end = state;
+  return flight;
+}
+
+TEST(Fallback, AVehicleDrivenByBodyRatesBrakesHoldsAndDescendsWithoutAWordOfItsRotors) {
+  QuadrotorModel model;
+  model.body_rate_max_rad_s = {4, 4, 2};
+  for (int heading = 0; heading < 360; heading += 45) {
+    const Eigen::Vector3d direction(std::cos(heading * kDegree), std::sin(heading * kDegree), 0);
+    QuadrotorState state = hovering(model);
+    state.v_WB = 6.0 * direction;
+    state.q_WB = Eigen::AngleAxisd(45 * kDegree, Eigen::Vector3d::UnitZ().cross(direction));
+    Fallback fallback(model, by_rates());
+    const Flight braked = fly_by_rates(&fallback, model, state, 3s);
+    EXPECT_LT(braked.end.v_WB.norm(), 0.3) << heading;
+    EXPECT_LT(tilt_rad(braked.end), 5 * kDegree) << heading;
+    EXPECT_LT(braked.farthest_m, 6.0) << heading;
+    EXPECT_NEAR(braked.end.p_WB.z(), 5, 0.3) << heading;
+
+    Fallback longer(model, by_rates());
+    const Flight sunk = fly_by_rates(&longer, model, state, 7s);
+    EXPECT_NEAR(sunk.end.v_WB.z(), -Fallback::kDescent_m_s, 0.05) << heading;
+  }
+}
+
+TEST(Fallback, AVehicleDrivenByBodyRatesComesBackFromUpsideDown) {
+  QuadrotorModel model;
+  model.body_rate_max_rad_s = {6, 6, 3};
+  QuadrotorState state = hovering(model);
+  state.p_WB.z() = 30;
+  state.q_WB = Eigen::Quaterniond(0, 0, 1, 0);
+  Fallback fallback(model, by_rates());
+  const Flight flight = fly_by_rates(&fallback, model, state, 3s);
+  EXPECT_LT(tilt_rad(flight.end), 10 * kDegree);
+  EXPECT_LT(flight.level_after_s, 1.2);
+}
+
 }  // namespace
 }  // namespace gatefield::sdk

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "client/sdk/fallback.h"
+#include "common/protocol/validate.h"
 #include "tests/support/allocation_trap.h"
 #include "tests/support/messages.h"
 
@@ -27,6 +28,18 @@ protocol::ThrustRateCommand plan(Stamp start, int steps = 4, Stamp step = 10ms, 
     command.thrust_rate_n_s[k].setConstant(rate);
     command.rotor_thrust_n[k].setConstant(thrust_n);
     command.body_rates_rad_s[k] = {0.1 * rate, 0, 0};
+  }
+  return command;
+}
+
+// Commands 10, 11, 12, ... N and 0.1, 0.2, ... rad/s about x that hold during the intervals.
+protocol::ThrustRateCommand rates_plan(Stamp start, int steps = 4, Stamp step = 10ms) {
+  protocol::ThrustRateCommand command = plan(start, steps, step);
+  command.actuation = Actuation::Kind::kBodyRates;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(steps); ++k) {
+    command.thrust_rate_n_s[k].setZero();
+    command.rotor_thrust_n[k].setZero();
+    command.collective_thrust_n[k] = 10.0 + static_cast<double>(k);
   }
   return command;
 }
@@ -108,6 +121,31 @@ TEST(PlanPlayer, AThrustAtItsLimitStaysThere) {
   command.thrust_rate_n_s[1].setConstant(30.0);
   player.take(command);
   EXPECT_EQ(player.at(120ms, 0ms)->rotor_thrust_n[0], 10.0);
+}
+
+TEST(PlanPlayer, CommandsOfBodyRatesHoldForTheirIntervalWhateverThePeriod) {
+  PlanPlayer player;
+  player.take(rates_plan(100ms));
+  for (const Stamp period : {0ms, 3ms, 50ms}) {
+    for (const Stamp now : {Stamp(100ms), Stamp(104ms), Stamp(110ms - 1ns)}) {
+      EXPECT_EQ(player.at(now, period)->collective_thrust_n, 10.0);
+      EXPECT_EQ(player.at(now, period)->body_rates_rad_s, Eigen::Vector3d(0.1, 0, 0));
+    }
+    EXPECT_EQ(player.at(110ms, period)->collective_thrust_n, 11.0);
+    EXPECT_EQ(player.at(139ms, period)->collective_thrust_n, 13.0) << "nothing lies beyond the last";
+    EXPECT_EQ(player.at(95ms, period)->collective_thrust_n, 10.0) << "begun a step early";
+  }
+  EXPECT_FALSE(player.at(140ms, 0ms));
+}
+
+TEST(PlanPlayer, APlanOfBodyRatesSaysNothingOfRotors) {
+  PlanPlayer player;
+  player.take(rates_plan(100ms));
+  const auto setpoint = player.at(125ms, 5ms);
+  EXPECT_EQ(setpoint->source, Setpoint::Source::kPlan);
+  EXPECT_TRUE(setpoint->rotor_thrust_n.isZero(0));
+  EXPECT_TRUE(setpoint->thrust_rate_n_s.isZero(0));
+  EXPECT_TRUE(protocol::validate(rates_plan(100ms)).ok());
 }
 
 TEST(PlanPlayer, AnOlderPlanGoesOnUntilTheNewerOneBegins) {

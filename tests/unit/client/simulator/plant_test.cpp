@@ -67,6 +67,35 @@ TEST(Plant, FliesAsTheReferenceDynamicsDo) {
   EXPECT_LT((state.thrust_command_n - reference.thrust_command_n).norm(), 1e-9);
 }
 
+TEST(Plant, HeldThrustsAreReachedWithTheRotorsLagAlone) {
+  const QuadrotorModel model;
+  const auto plant = make_plant(empty_world(), model);
+  plant->set_state(hovering({0, 0, 5}, model));
+  const double hover_n = hover_thrust_n(model)[0];
+  for (int i = 0; i < 25; ++i) plant->step_held(PlainVector4::Constant(100.0));  // more than there is
+  EXPECT_EQ(plant->state().thrust_command_n[2], model.thrust_max_n);
+  EXPECT_NEAR(plant->state().thrust_n[2], hover_n + (1 - std::exp(-1.0)) * (model.thrust_max_n - hover_n), 1e-9)
+      << "after one time constant";
+  for (int i = 0; i < 500; ++i) plant->step_held(PlainVector4::Constant(-1.0));
+  EXPECT_NEAR(plant->state().thrust_n[2], model.thrust_min_n, 1e-6);
+}
+
+TEST(Plant, HeldThrustsAreTheSameFlightAsRatesThatGiveThem) {
+  const QuadrotorModel model;
+  const auto held = make_plant(empty_world(), model), rates = make_plant(empty_world(), model);
+  QuadrotorState start = hovering({0, 0, 5}, model);
+  start.v_WB = {3, 1, 0};
+  start.w_WB_B = {0.2, 0.1, -0.3};
+  held->set_state(start);
+  rates->set_state(start);
+  for (int i = 0; i < 500; ++i) {
+    held->step_held(start.thrust_command_n);
+    rates->step(ThrustRates::Zero());
+  }
+  EXPECT_LT((held->state().p_WB - rates->state().p_WB).norm(), 1e-12);
+  EXPECT_LT((held->state().v_WB - rates->state().v_WB).norm(), 1e-12);
+}
+
 TEST(Plant, WindDragsAHoveringVehicleAlong) {
   const QuadrotorModel model;
   const auto plant = make_plant(empty_world(), model, {4, 0, 0});

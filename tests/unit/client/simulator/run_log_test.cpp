@@ -16,6 +16,18 @@ TEST(Summary, SaysBothSeeds) {
   EXPECT_THAT(summarize(report), HasSubstr("Seeds         world 1001, planner 7\n"));
 }
 
+TEST(Summary, SaysHowTheVehicleWasDrivenAndWhatOfItWasNotAsTold) {
+  Report report;
+  EXPECT_THAT(summarize(report), HasSubstr("Driven by     rotor thrusts\n"));
+  report.actuation.kind = Actuation::Kind::kBodyRates;
+  EXPECT_THAT(summarize(report), HasSubstr("Driven by     body rates\n"));
+  report.mismatch.rate_lag_factor = 0.67;
+  report.mismatch.setpoint_delay = std::chrono::milliseconds(20);
+  report.mismatch.thrust_factor = 1.1;
+  EXPECT_THAT(summarize(report),
+              HasSubstr("Driven by     body rates; rate loop x 0.67; setpoints 20 ms late; thrust x 1.1\n"));
+}
+
 TEST(Summary, ShowsWhatTheServerToldRightAfterTheResult) {
   Report report;
   report.sentence = "got stuck before gate 1";

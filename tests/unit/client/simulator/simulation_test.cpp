@@ -48,6 +48,70 @@ TEST(Lockstep, AClientThatKnowsTheGatesWins) {
   EXPECT_THAT(summarize(report), HasSubstr("8 of 8 passed"));
 }
 
+config::Scenario circle_by_rates(int laps = 1) {
+  config::Scenario scenario = circle(laps);
+  scenario.vehicle.actuation = config::driven_by(scenario.vehicle, Actuation::Kind::kBodyRates);
+  return scenario;
+}
+
+TEST(Lockstep, AVehicleDrivenByBodyRatesFliesThroughItsRateLoop) {
+  auto scenario = circle_by_rates(2);
+  for (const double stronger : {1.0, 1.1}) {
+    scenario.mismatch.thrust_factor = stronger;
+    test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+    const Report report = race(scenario, {}, &client);
+    EXPECT_EQ(report.outcome, Outcome::kFinished) << report.sentence;
+    EXPECT_GT(report.top_speed_m_s, 3.5);
+    EXPECT_FALSE(client.received().thrust_known) << "a flight controller tells nothing of its rotors";
+    EXPECT_THAT(summarize(report), HasSubstr("Driven by     body rates"));
+  }
+}
+
+TEST(Lockstep, TheTruthOfARateLoopIsFlownAndNotTold) {
+  auto scenario = circle_by_rates();
+  const auto flown = [](const config::Scenario& s) {
+    test::PathFollower client(truth(s), s.vehicle.quadrotor, {});
+    return race(s, {}, &client).samples[100].state.p_WB;
+  };
+  const Eigen::Vector3d told = flown(scenario);
+  EXPECT_EQ(told, flown(scenario)) << "same race again";
+  scenario.mismatch.rate_lag_factor = 1.5;
+  EXPECT_NE(told, flown(scenario));
+  scenario.mismatch = {};
+  scenario.mismatch.setpoint_delay = std::chrono::milliseconds(20);
+  EXPECT_NE(told, flown(scenario));
+  scenario.mismatch = {};
+  scenario.mismatch.rate_lag_factor = 0.3;
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+  const auto report = fly(scenario, {}, &client, kGoOn);
+  ASSERT_FALSE(report.ok());
+  EXPECT_THAT(report.error(), HasSubstr("the true rate loop: rate_time_constant_s[0] is 0.01275 s"));
+}
+
+TEST(Lockstep, StrongerRotorsAreKnownByWhatTheyAreAskedFor) {
+  auto scenario = circle();
+  scenario.mismatch.thrust_factor = 1.25;
+  scenario.time_limit = std::chrono::milliseconds(100);
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+  race(scenario, {}, &client);
+  const double hover_n = hover_thrust_n(scenario.vehicle.quadrotor)[0];
+  EXPECT_NEAR(client.received().first.thrust_n[0], hover_n / 1.25, 1e-9);
+  EXPECT_NEAR(client.received().first.thrust_command_n[0], hover_n / 1.25, 1e-9);
+  EXPECT_TRUE(client.received().thrust_known);
+}
+
+TEST(RealTime, AVehicleDrivenByBodyRatesFliesToo) {
+  auto scenario = circle_by_rates();
+  scenario.time_limit = std::chrono::milliseconds(1000);
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+  Options options;
+  options.timing = protocol::Timing::kRealTime;
+  const Report report = race(scenario, options, &client);
+  EXPECT_EQ(report.outcome, Outcome::kTimeLimit) << report.sentence;
+  EXPECT_FALSE(client.received().thrust_known);
+  EXPECT_GT(report.top_speed_m_s, 1.0);
+}
+
 TEST(Lockstep, SendsAStatePerControlPeriodAndFramesAtTheCamerasRate) {
   auto scenario = circle();
   scenario.vehicle.camera.rate_hz = 30;

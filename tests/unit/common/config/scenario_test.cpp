@@ -185,6 +185,48 @@ TEST(Mismatch, ScalesTheTrueVehicle) {
   EXPECT_NEAR(truth.mass_kg, 1.1 * believed.mass_kg, 1e-12);
   EXPECT_NEAR(truth.drag_kg_s.x(), 1.5 * believed.drag_kg_s.x(), 1e-12);
   EXPECT_NEAR(truth.rotor_time_constant_s, 2 * believed.rotor_time_constant_s, 1e-12);
+  EXPECT_EQ(truth.thrust_max_n, believed.thrust_max_n);
+  Mismatch stronger;
+  stronger.thrust_factor = 1.1;
+  EXPECT_NEAR(true_quadrotor(believed, stronger).thrust_max_n, 1.1 * believed.thrust_max_n, 1e-12);
+}
+
+TEST(Scenario, SaysHowTheVehicleIsDriven) {
+  const auto rates = scenario_from("actuation { kind: BODY_RATES }");
+  ASSERT_TRUE(rates.ok()) << rates.error();
+  const Actuation usual = rates->vehicle.actuation;
+  EXPECT_EQ(usual.kind, Actuation::Kind::kBodyRates);
+  EXPECT_NEAR(usual.thrust_time_constant_s, 0.025, 1e-12);
+  EXPECT_LT((usual.rate_time_constant_s - Eigen::Vector3d(0.0425, 0.0425, 0.08)).norm(), 1e-12);
+
+  const auto own = scenario_from(
+      "actuation { kind: BODY_RATES thrust_time_constant_s: 0.03 rate_time_constant_s { x: 0.05 y: 0.06 z: 0.2 } }");
+  ASSERT_TRUE(own.ok()) << own.error();
+  EXPECT_EQ(own->vehicle.actuation.rate_time_constant_s, Eigen::Vector3d(0.05, 0.06, 0.2));
+
+  const auto half = scenario_from("actuation { kind: BODY_RATES thrust_time_constant_s: 0.03 }");
+  ASSERT_FALSE(half.ok());
+  EXPECT_EQ(half.failure().field, "actuation.rate_time_constant_s[0]");
+}
+
+TEST(Mismatch, OfARateLoopNeedsARateLoop) {
+  const auto rates = scenario_from(
+      "actuation { kind: BODY_RATES } mismatch { rate_lag_factor: 1.5 setpoint_delay_ms: 20 thrust_factor: 1.1 }");
+  ASSERT_TRUE(rates.ok()) << rates.error();
+  EXPECT_EQ(rates->mismatch.rate_lag_factor, 1.5);
+  EXPECT_EQ(rates->mismatch.setpoint_delay, std::chrono::milliseconds(20));
+  EXPECT_EQ(rates->mismatch.thrust_factor, 1.1);
+  EXPECT_TRUE(scenario_from("mismatch { thrust_factor: 1.1 }").ok());
+
+  const auto lag = scenario_from("mismatch { rate_lag_factor: 1.5 }");
+  ASSERT_FALSE(lag.ok());
+  EXPECT_THAT(lag.error(), HasSubstr("mismatch.rate_lag_factor is 1.5, expected 1 for a vehicle driven by rotor"));
+  const auto late = scenario_from("mismatch { setpoint_delay_ms: 20 }");
+  ASSERT_FALSE(late.ok());
+  EXPECT_EQ(late.failure().field, "mismatch.setpoint_delay_ms");
+  for (const char* wrong : {"rate_lag_factor: 0.1", "setpoint_delay_ms: 300", "setpoint_delay_ms: -1",
+                            "thrust_factor: 0.1", "thrust_factor: nan"})
+    EXPECT_FALSE(scenario_from(std::string("actuation { kind: BODY_RATES } mismatch { ") + wrong + " }").ok()) << wrong;
 }
 
 }  // namespace

@@ -252,6 +252,14 @@ TEST(VehicleFile, LimitsOfBodyRatesAreReadAndChecked) {
               HasSubstr("quadrotor.body_rate_max_rad_s"));
 }
 
+TEST(VehicleFile, TheShippedOnesBehindARateLoopAreThoseWithoutInAllElse) {
+  const auto parts = [](const std::string& name) {
+    const std::string text = read_all(find_config("vehicles", name).value());
+    return text.substr(text.find("quadrotor {"));
+  };
+  for (const std::string name : {"racer", "onboard"}) EXPECT_EQ(parts(name + "-rates").find(parts(name)), 0u) << name;
+}
+
 TEST(VehicleFile, TheKindOfActuationIsReadAndChecked) {
   const auto with = [](const std::string& actuation) { return racer() + "\nactuation { " + actuation + " }\n"; };
   const Actuation rates =

@@ -275,6 +275,28 @@ TEST(ValidateCommand, RefusesEveryBadFieldByName) {
                                            });
 }
 
+TEST(ValidateCommand, APlanOfBodyRatesSaysNothingOfRotorsAndNeverPullsDown) {
+  using C = ThrustRateCommand;
+  C rates = test::good_command();
+  rates.actuation = Actuation::Kind::kBodyRates;
+  rates.thrust_rate_n_s.fill(Eigen::Vector4d::Zero());
+  rates.rotor_thrust_n.fill(Eigen::Vector4d::Zero());
+  expect_refused<C>(
+      rates,
+      {
+          {"rates of rotors", [](C* c) { c->thrust_rate_n_s[2][3] = 0.5; },
+           "step 2: thrust_rate_n_s is (0, 0, 0, 0.5), expected 0 in a plan of body rates"},
+          {"rotors", [](C* c) { c->rotor_thrust_n[19][0] = 1; }, "step 19: rotor_thrust_n is (1, 0, 0, 0), expected 0"},
+          {"pull", [](C* c) { c->collective_thrust_n[4] = -0.1; },
+           "step 4: collective_thrust_n is -0.1, expected 0 to"},
+          {"much", [](C* c) { c->collective_thrust_n[4] = 4.1e4; }, "step 4: collective_thrust_n is 41000"},
+          {"none", [](C* c) { c->collective_thrust_n[4] = kNan; }, "step 4: collective_thrust_n is"},
+          {"turn", [](C* c) { c->body_rates_rad_s[1].z() = kInfinity; }, "step 1: body_rates_rad_s is"},
+          {"kind", [](C* c) { c->actuation = static_cast<Actuation::Kind>(2); }, "actuation is 2"},
+      });
+  expect_accepted<C>(rates, {[](C* c) { c->collective_thrust_n[0] = 0.0; }});
+}
+
 TEST(ValidateTelemetry, RefusesEveryBadFieldByName) {
   using T = Telemetry;
   expect_refused<T>(test::good_telemetry(),

@@ -104,6 +104,16 @@ TEST(CourseProgress, ALapOfOneGateIsOneGateInARow) {
   EXPECT_EQ(resumed.lap(), 1u);
 }
 
+TEST(CourseProgress, WhatBeginsElsewhereCrossedNothingOnTheWay) {
+  CourseProgress progress(square_course(1));
+  const GateBelief gate = progress.nominal(0);
+  progress.update({6, -1, 1.5}, gate);
+  progress.begin_elsewhere();
+  EXPECT_FALSE(progress.update({6, 1, 1.5}, gate));
+  EXPECT_FALSE(progress.update({6, -1, 1.5}, gate));
+  EXPECT_TRUE(progress.update({6, 1, 1.5}, gate));
+}
+
 TEST(CourseProgress, CountsLapsAndEnds) {
   CourseProgress progress(square_course(2));
   for (int lap = 0; lap < 2; ++lap)

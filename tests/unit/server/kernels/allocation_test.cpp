@@ -40,12 +40,18 @@ TEST_P(AllocationTest, NoKernelAllocates) {
   fold(prepared, latent, Eigen::Isometry3d::Identity(), &folded);
   copy = folded;
 
+  RateRollout how;
+  how.actuation = {Actuation::Kind::kBodyRates, 0.025, {0.04, 0.04, 0.1}};
+  how.low = {4.0, -9.0, -9.0, -6.0};
+  how.high = {32.0, 9.0, 9.0, 6.0};
+
   const test::AllocationTrap trap;
   fold(prepared, latent, Eigen::Isometry3d::Identity(), &folded);
   copy = folded;
   copy.place(Eigen::Isometry3d::Identity());
   backend().sample(kShape, 1, 1, 0, mean.data(), inputs.block());
   backend().rollout(model, start, 0.03, inputs.block(), states.block());
+  backend().rollout_rates(how, start, hover_command(model), 0.03, inputs.block(), states.block());
   copy.decode({states.block().row(3, kPx), 100}, {states.block().row(3, kPy), 100}, {states.block().row(3, kPz), 100},
               sdf);
   backend().softmax_weights(cost, backend().temperature_for(cost, 10, 0.1, 10), weight);

@@ -176,6 +176,18 @@ TEST_F(Watching, AGateThatMovesWithTheVehicleTellsOfATurnedCameraThoughItIsTaken
   }
 }
 
+TEST_F(Watching, AVehicleThatOnlyJustLeansForwardTellsOfACameraUpsideDown) {
+  true_X_BC_ = camera_.X_BC * Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ());
+  begin();
+  fly(200ms);
+  for (int i = 0; i < 6; ++i) {
+    X_WB_.linear() = Eigen::AngleAxisd(0.05 * i, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    fly(33ms);
+  }
+  plates_W_.clear();  // it leaves the image
+  EXPECT_EQ(fly(200ms), kMounting);
+}
+
 TEST_F(Watching, ACameraThatLooksBackwardsIsFoundByAnotherGateOfTheCourse) {
   true_X_BC_ = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()) * camera_.X_BC;
   course_.waypoints[2].p_W = {-3, 2, 1};

@@ -59,20 +59,36 @@ TEST(Diagnosis, PassesOnWhatOthersFoundAndKeepsItForASecond) {
   Diagnosis diagnosis;
   StepFindings bad = good();
   bad.withheld = bit(Problem::kPlanThrust);
-  bad.contradictions = bit(Problem::kStatesLookNed);
-  bad.sensing = bit(Problem::kDepthUnitLooksWrong);
+  bad.contradictions = bit(Problem::kThrustAgainstMotion);
   bad.depth_missing = bad.states_missing = bad.states_rejected = bad.frames_rejected = bad.stamps_jumped = true;
   bad.delay_long = true;
   bad.deadlines_missed = 3;
-  const Problems all = bit(Problem::kPlanThrust) | bit(Problem::kStatesLookNed) | bit(Problem::kDepthUnitLooksWrong) |
-                       bit(Problem::kDepthMissing) | bit(Problem::kStatesMissing) | bit(Problem::kStatesRejected) |
-                       bit(Problem::kFramesRejected) | bit(Problem::kStampsJump) | bit(Problem::kDelayLong) |
-                       bit(Problem::kDeadlinesMissed);
+  const Problems all = bit(Problem::kPlanThrust) | bit(Problem::kThrustAgainstMotion) | bit(Problem::kDepthMissing) |
+                       bit(Problem::kStatesMissing) | bit(Problem::kStatesRejected) | bit(Problem::kFramesRejected) |
+                       bit(Problem::kStampsJump) | bit(Problem::kDelayLong) | bit(Problem::kDeadlinesMissed);
   EXPECT_EQ(steps(&diagnosis, bad, 0s, 10ms), all);
   StepFindings after = good();
   after.deadlines_missed = 3;
   EXPECT_EQ(steps(&diagnosis, after, 10ms, 900ms), all);
   EXPECT_EQ(steps(&diagnosis, after, 910ms, 200ms), 0u);
+}
+
+TEST(Diagnosis, BlamesNoCameraForStatesThatPutEveryImageElsewhere) {
+  for (const Problem cause : {Problem::kStatesLookNed, Problem::kQuaternionLooksWFirst,
+                              Problem::kVelocityLooksBodyFrame, Problem::kRatesLookWorldFrame}) {
+    Diagnosis diagnosis;
+    StepFindings bad = good();
+    bad.sensing = bit(Problem::kMountingLooksWrong) | bit(Problem::kDepthUnitLooksWrong);
+    EXPECT_EQ(steps(&diagnosis, bad, 0s, 250ms), 0u) << "states may yet contradict each other";
+    EXPECT_EQ(steps(&diagnosis, bad, 250ms, 50ms), bad.sensing);
+    bad.contradictions = bit(cause);
+    EXPECT_EQ(steps(&diagnosis, bad, 300ms, 100ms), bit(cause));
+  }
+  Diagnosis diagnosis;
+  StepFindings both = good();
+  both.sensing = bit(Problem::kMountingLooksWrong);
+  both.contradictions = bit(Problem::kRotorsLookSwapped);
+  EXPECT_EQ(steps(&diagnosis, both, 0s, 300ms), both.sensing | both.contradictions) << "rotors move no image";
 }
 
 TEST(Diagnosis, ExpectsNothingWhenTheCourseIsDone) {

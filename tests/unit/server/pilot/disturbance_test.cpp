@@ -25,8 +25,8 @@ TEST(Disturbance, FindsWhatTheModelDoesNotKnow) {
     QuadrotorState measured = state;
     measured.v_WB = Eigen::Vector3d::Zero();  // a small drag stays small
     state = measured;
-    predict(told, nothing_sent, 0ms, 20ms, {0, 0, 0}, &measured);
-    predict(truth, nothing_sent, 0ms, 20ms, {1, 0, 0}, &state);
+    predict({.model = told}, nothing_sent, 0ms, 20ms, {0, 0, 0}, &measured);
+    predict({.model = truth}, nothing_sent, 0ms, 20ms, {1, 0, 0}, &state);
     const Eigen::Vector3d noise(random.normal(), random.normal(), random.normal());
     disturbance.observe(state.v_WB + 0.05 * noise - measured.v_WB, 20ms);
   }

@@ -62,9 +62,11 @@ const Shipped& shipped() {
   return made;
 }
 
-Flight::Flight(protocol::Timing timing, const Conditions& conditions)
+Flight::Flight(protocol::Timing timing, const Conditions& conditions, int laps)
     : request_(shipped().request), conditions_(conditions), now_(kStart) {
   request_.timing = timing;
+  if (laps > 0) request_.course.laps = laps;
+  request_.actuation = conditions.actuation;
   for (std::size_t i = 0; i < request_.course.waypoints.size(); ++i) {
     Eigen::Isometry3d X_WG = gate_pose(request_.course.waypoints[i].p_W, passing_direction(request_.course, i));
     X_WG.translation() += Eigen::Vector3d(0.15, i % 2 == 0 ? -0.2 : 0.1, 0.1);
@@ -81,7 +83,8 @@ std::unique_ptr<Pilot> Flight::make_pilot() const {
   parts.request = request_;
   parts.session = kSession;
   parts.planner = value_of(planner::Planner::create(shipped().profile, request_.quadrotor, request_.course,
-                                                    shipped().bundle.manifest().cone_angle_rad, request_.seed));
+                                                    shipped().bundle.manifest().cone_angle_rad, request_.seed,
+                                                    {.actuation = request_.actuation}));
   parts.sensor = std::make_unique<perception::LearnedSensor>(
       &shipped().bundle, kernels::best_backend().prepare(shipped().bundle.decoder()), shipped().encoders.get());
   parts.isa = "any";
@@ -99,12 +102,19 @@ void Flight::simulate(Stamp until) {
   for (; now_ < until; now_ += 1ms) {
     // The newest plan that has begun.
     while (plans_.size() > 1 && plans_[1].plan_start <= now_) plans_.pop_front();
-    ThrustRates rates = ThrustRates::Zero();
-    if (!plans_.empty() && now_ >= plans_[0].plan_start && now_ < plans_[0].plan_start + plans_[0].validity)
-      rates = plans_[0].thrust_rate_n_s[static_cast<std::size_t>((now_ - plans_[0].plan_start) / plans_[0].plan_step)];
+    const protocol::ThrustRateCommand* plan = plans_.empty() ? nullptr : &plans_[0];
+    if (plan != nullptr && (now_ < plan->plan_start || now_ >= plan->plan_start + plan->validity)) plan = nullptr;
+    const auto k = plan == nullptr ? 0 : static_cast<std::size_t>((now_ - plan->plan_start) / plan->plan_step);
     // In the air's own frame.
     state_.v_WB -= conditions_.wind_W_m_s;
-    state_ = step_reference(conditions_.plant, state_, rates, 1e-3);
+    if (request_.actuation.kind == Actuation::Kind::kBodyRates) {
+      RateCommand asked = hover_command(request_.quadrotor);
+      if (plan != nullptr) asked << plan->collective_thrust_n[k], plan->body_rates_rad_s[k];
+      state_ = step_body_rates(conditions_.plant, request_.actuation, state_, asked, asked, 1e-3);
+    } else {
+      const ThrustRates rates = plan == nullptr ? ThrustRates(ThrustRates::Zero()) : plan->thrust_rate_n_s[k];
+      state_ = step_reference(conditions_.plant, state_, rates, 1e-3);
+    }
     state_.v_WB += conditions_.wind_W_m_s;
     state_.p_WB += 1e-3 * conditions_.wind_W_m_s;
   }

@@ -28,6 +28,7 @@ const Shipped& shipped();
 /// What a flight is unlike what the pilot was told.
 struct Conditions {
   QuadrotorModel plant;  ///< the vehicle as it is
+  Actuation actuation;   ///< how it is driven, told; by body rates its lags are as told
   Eigen::Vector3d wind_W_m_s = Eigen::Vector3d::Zero();
   Stamp each_way{0};  ///< lockstep: delay of the link
   double position_sigma_m = 0.0, velocity_sigma_m_s = 0.0, attitude_sigma_rad = 0.0, rate_sigma_rad_s = 0.0;
@@ -40,7 +41,8 @@ struct Conditions {
 /// that vary.
 class Flight {
  public:
-  explicit Flight(protocol::Timing timing, const Conditions& conditions = {});
+  /// @param laps  0: as many as the course has
+  explicit Flight(protocol::Timing timing, const Conditions& conditions = {}, int laps = 0);
 
   /// A pilot for this race, new.
   std::unique_ptr<Pilot> make_pilot() const;
@@ -52,6 +54,7 @@ class Flight {
   /// Where the newest command was aiming.
   std::uint32_t target_waypoint() const noexcept { return command_.health.target_waypoint; }
   std::uint32_t lap() const noexcept { return command_.health.lap; }
+  bool done() const noexcept { return command_.health.course_done; }
   /// All that commands told so far.
   protocol::Problems problems() const noexcept { return problems_; }
 

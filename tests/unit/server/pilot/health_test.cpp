@@ -127,7 +127,7 @@ TEST(PilotHealth, LateStepsAreTold) {
   EXPECT_EQ(hover(&bench, 50100ms, 20ms), bit(Problem::kDeadlinesMissed));
 }
 
-TEST(PilotHealth, WhatPerceptionFindsWrongIsToldAsItStands) {
+TEST(PilotHealth, WhatPerceptionFindsWrongIsToldWhenItLastsAndWhileItDoes) {
   const protocol::SessionRequest request = testing::join_request();
   Mailboxes shared;
   const auto script = std::make_shared<testing::FakePlanner::Script>();
@@ -136,11 +136,14 @@ TEST(PilotHealth, WhatPerceptionFindsWrongIsToldAsItStands) {
                     nullptr, &shared);
   Intake intake(&request, 1, &shared);
   shared.sensing_problems = bit(Problem::kDepthUnitLooksWrong);
-  intake.take_state(testing::hover_state("drone", 1, 1, 50s), 10s);
-  EXPECT_EQ(stepping.step(10s).command->health.problems, bit(Problem::kDepthUnitLooksWrong));
+  const auto told_at = [&](Stamp after, std::uint64_t sequence) {
+    intake.take_state(testing::hover_state("drone", 1, sequence, 50s + after), 10s + after);
+    return stepping.step(10s + after).command->health.problems & bit(Problem::kDepthUnitLooksWrong);
+  };
+  EXPECT_EQ(told_at(0s, 1), 0u);
+  EXPECT_EQ(told_at(300ms, 2), bit(Problem::kDepthUnitLooksWrong));
   shared.sensing_problems = 0;
-  intake.take_state(testing::hover_state("drone", 1, 2, 51s), 11s);
-  EXPECT_EQ(stepping.step(11s).command->health.problems & bit(Problem::kDepthUnitLooksWrong), 0u);
+  EXPECT_EQ(told_at(1300ms, 3), 0u);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "common/protocol/validate.h"
 #include "tests/unit/server/pilot/fakes.h"
@@ -529,16 +530,25 @@ TEST(PilotRotors, AreModelledWhenTheVehicleCantTell) {
   }
 }
 
+/// Moves in a straight line to x, a state every 100 ms and 0.8 m at most; backwards through a gate counts nothing.
+/// @return the answer to the last state
+const protocol::ThrustRateCommand* fly_along(Bench* bench, Stamp* stamp, double from_x, double x) {
+  const protocol::ThrustRateCommand* command = nullptr;
+  const int steps = std::max(1, static_cast<int>(std::ceil(std::abs(x - from_x) / 0.8)));
+  for (int i = 1; i <= steps; ++i) {
+    auto state = bench->state(*stamp += 100ms, {from_x + (x - from_x) * i / steps, 0, 1.5});
+    state.state.v_WB = {8, 0, 0};
+    bench->take(state);
+    command = bench->step();
+  }
+  return command;
+}
+
 TEST(PilotProgress, CountsGatesAndHoldsBehindTheLastOne) {
   Bench bench(protocol::Timing::kLockstep);
   Stamp stamp = 50s;
-  const auto fly_to = [&](double x) {
-    stamp += 20ms;
-    auto state = bench.state(stamp, {x, 0, 1.5});
-    state.state.v_WB = {8, 0, 0};
-    bench.take(state);
-    return bench.step();
-  };
+  double at_x = 4.9;
+  const auto fly_to = [&](double x) { return fly_along(&bench, &stamp, std::exchange(at_x, x), x); };
   fly_to(4.9);
   EXPECT_EQ(bench.planner->last.target.center_W.x(), 5.0);
   EXPECT_EQ(bench.planner->last.next.center_W.x(), 11.0);
@@ -674,14 +684,11 @@ TEST(PilotSave, AStateThatComesAgainGetsTheSameAnswerElsewhere) {
 TEST(PilotSave, WhereToHoldBehindTheLastGateMovesAlong) {
   Bench stays(protocol::Timing::kLockstep), moved(protocol::Timing::kLockstep);
   Stamp stamp = 50s;
+  double at_x = 4.9;
   for (int lap = 0; lap < 2; ++lap)
     for (int gate = 0; gate < 4; ++gate)
-      for (const double x : {5.0 + 6.0 * gate - 0.1, 5.0 + 6.0 * gate + 0.1}) {
-        auto state = stays.state(stamp += 20ms, {x, 0, 1.5});
-        state.state.v_WB = {8, 0, 0};
-        stays.take(state);
-        stays.step();
-      }
+      for (const double x : {5.0 + 6.0 * gate - 0.1, 5.0 + 6.0 * gate + 0.1})
+        fly_along(&stays, &stamp, std::exchange(at_x, x), x);
   ASSERT_TRUE(stays.planner->last.hold);
   ASSERT_TRUE(moved.pilot->restore(stays.pilot->save()).ok());
   auto state = stays.state(stamp + 20ms, {24, 0, 1.5});

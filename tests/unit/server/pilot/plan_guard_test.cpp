@@ -30,11 +30,11 @@ template <typename Spoil>
 Withheld spoiled(const Spoil& spoil) {
   planner::Plan plan = good_plan();
   spoil(&plan.thrust_rate_n_s[19], &plan.state[19]);
-  return why_withheld(kModel, plan);
+  return why_withheld(kModel, Actuation::Kind::kRotorThrusts, plan);
 }
 
 TEST(PlanGuard, LetsThroughWhatTheVehicleCanDo) {
-  EXPECT_EQ(why_withheld(kModel, good_plan()), Withheld::kNothing);
+  EXPECT_EQ(why_withheld(kModel, Actuation::Kind::kRotorThrusts, good_plan()), Withheld::kNothing);
   EXPECT_EQ(spoiled([](ThrustRates* rates, QuadrotorState* state) {
               rates->setConstant(-kModel.thrust_rate_max_n_s);
               state->thrust_command_n.setConstant(kModel.thrust_max_n);
@@ -46,7 +46,7 @@ TEST(PlanGuard, LetsThroughWhatTheVehicleCanDo) {
 TEST(PlanGuard, WithholdsAPlanOfNoStepsOrWithoutNumbers) {
   planner::Plan none = good_plan();
   none.steps = 0;
-  EXPECT_EQ(why_withheld(kModel, none), Withheld::kNotFinite);
+  EXPECT_EQ(why_withheld(kModel, Actuation::Kind::kRotorThrusts, none), Withheld::kNotFinite);
   EXPECT_EQ(spoiled([](ThrustRates* rates, QuadrotorState*) { (*rates)[2] = kNan; }), Withheld::kNotFinite);
   EXPECT_EQ(spoiled([](ThrustRates*, QuadrotorState* state) { state->thrust_command_n[1] = kNan; }),
             Withheld::kNotFinite);
@@ -65,10 +65,24 @@ TEST(PlanGuard, WithholdsWhatIsBeyondALimit) {
   EXPECT_EQ(spoiled([](ThrustRates*, QuadrotorState* state) { state->w_WB_B = {150, 150, 0}; }), Withheld::kBodyRate);
 }
 
+TEST(PlanGuard, HoldsWhatIsAskedForAgainstTheVehicleToo) {
+  const auto asked = [](const RateCommand& command) {
+    planner::Plan plan = good_plan();
+    plan.rate_command.fill(hover_command(kModel));
+    plan.rate_command[19] = command;
+    return why_withheld(kModel, Actuation::Kind::kBodyRates, plan);
+  };
+  EXPECT_EQ(asked({8, 9, -9, 6}), Withheld::kNothing);
+  EXPECT_EQ(asked({8, kNan, 0, 0}), Withheld::kNotFinite);
+  EXPECT_EQ(asked({-0.1, 0, 0, 0}), Withheld::kThrustLimit);
+  EXPECT_EQ(asked({4 * kModel.thrust_max_n + 0.1, 0, 0, 0}), Withheld::kThrustLimit);
+  EXPECT_EQ(asked({8, 150, 150, 0}), Withheld::kBodyRate);
+}
+
 TEST(PlanGuard, LooksNoFartherThanThePlansSteps) {
   planner::Plan plan = good_plan();
   plan.thrust_rate_n_s[20][0] = kNan;
-  EXPECT_EQ(why_withheld(kModel, plan), Withheld::kNothing);
+  EXPECT_EQ(why_withheld(kModel, Actuation::Kind::kRotorThrusts, plan), Withheld::kNothing);
 }
 
 TEST(PlanGuard, EachReasonHasAProblemAndASentenceOfItsOwn) {

@@ -98,7 +98,7 @@ TEST(Predictor, FollowsTheCommandsThatWereSent) {
   QuadrotorState truth = start;
   for (int ms = 0; ms < 100; ++ms) truth = step_reference(model, truth, ms < 45 ? first[0] : second[0], 1e-3);
   QuadrotorState predicted = start;
-  predict(model, inputs, 0ms, 100ms, Eigen::Vector3d::Zero(), &predicted);
+  predict({.model = model}, inputs, 0ms, 100ms, Eigen::Vector3d::Zero(), &predicted);
   EXPECT_LT((predicted.p_WB - truth.p_WB).norm(), 1e-5);
   EXPECT_LT((predicted.v_WB - truth.v_WB).norm(), 1e-4);
   EXPECT_LT(predicted.q_WB.angularDistance(truth.q_WB), 1e-5);
@@ -107,7 +107,7 @@ TEST(Predictor, FollowsTheCommandsThatWereSent) {
 
   // Without the commands it would be elsewhere: the test can tell.
   QuadrotorState blind = start;
-  predict(model, InputTimeline{}, 0ms, 100ms, Eigen::Vector3d::Zero(), &blind);
+  predict({.model = model}, InputTimeline{}, 0ms, 100ms, Eigen::Vector3d::Zero(), &blind);
   EXPECT_GT((blind.p_WB - truth.p_WB).norm(), 5e-4);
   EXPECT_GT(blind.q_WB.angularDistance(truth.q_WB), 5e-3);
 }
@@ -116,10 +116,40 @@ TEST(Predictor, AddsTheDisturbance) {
   const QuadrotorModel model;
   QuadrotorState state;
   state.thrust_n = state.thrust_command_n = hover_thrust_n(model);
-  predict(model, InputTimeline{}, 0ms, 200ms, {1.0, 0, -0.5}, &state);
+  predict({.model = model}, InputTimeline{}, 0ms, 200ms, {1.0, 0, -0.5}, &state);
   EXPECT_NEAR(state.v_WB.x(), 0.2, 0.01);  // a little less: drag
   EXPECT_NEAR(state.p_WB.x(), 0.02, 1e-3);
   EXPECT_NEAR(state.p_WB.z(), -0.01, 1e-3);
+}
+
+TEST(Predictor, ReplaysWhatAFlightControllerWasAskedFor) {
+  const Dynamics vehicle{.actuation = {Actuation::Kind::kBodyRates, 0.025, {0.04, 0.05, 0.1}}, .thrust_factor = 1.1};
+  const RateCommand first(12.0, 3.0, -2.0, 0.5), second(6.0, -3.0, 1.0, 0.0), hover = hover_command(vehicle.model);
+  InputTimeline inputs(hover);
+  inputs.add(0ms, 30ms, std::vector<PlainVector4>(20, first), 400ms);
+  inputs.add(45ms, 30ms, std::vector<PlainVector4>(1, second), 400ms);
+  EXPECT_EQ(inputs.at(44ms), first);
+  EXPECT_EQ(inputs.at(45ms), second);
+  EXPECT_EQ(inputs.at(75ms), hover) << "nothing was asked for beyond the plan";
+  EXPECT_TRUE(inputs.covers(0ms, 75ms));
+  EXPECT_FALSE(inputs.covers(-1ms, 75ms));
+  EXPECT_FALSE(inputs.covers(40ms, 76ms));
+
+  QuadrotorState truth;
+  truth.v_WB = {6, 1, 0};
+  truth.thrust_n = hover_thrust_n(vehicle.model);
+  QuadrotorState predicted = truth, thrust = truth;
+  for (int ms = 0; ms < 100; ++ms) {
+    const RateCommand& asked = ms < 45 ? first : ms < 75 ? second : hover;
+    truth = step_body_rates(vehicle.model, vehicle.actuation, truth, asked, asked, 1e-3, vehicle.thrust_factor);
+  }
+  predict(vehicle, inputs, 0ms, 100ms, Eigen::Vector3d::Zero(), &predicted);
+  predict_rotors(vehicle, inputs, 0ms, 100ms, &thrust);
+  EXPECT_LT((predicted.p_WB - truth.p_WB).norm(), 1e-3);
+  EXPECT_LT((predicted.v_WB - truth.v_WB).norm(), 1e-2);
+  EXPECT_LT((predicted.w_WB_B - truth.w_WB_B).norm(), 1e-9);
+  EXPECT_NEAR(predicted.thrust_n.sum(), truth.thrust_n.sum(), 1e-9);
+  EXPECT_NEAR(thrust.thrust_n.sum(), truth.thrust_n.sum(), 1e-9);
 }
 
 TEST(Predictor, ModelsRotorsThatCantBeMeasured) {
@@ -130,7 +160,7 @@ TEST(Predictor, ModelsRotorsThatCantBeMeasured) {
   rotors.thrust_n = rotors.thrust_command_n = hover_thrust_n(model);
   QuadrotorState truth = rotors;
   for (int ms = 0; ms < 70; ++ms) step_rotors(model, ThrustRates(5, 5, -5, 0), 1e-3, &truth);
-  predict_rotors(model, inputs, 0ms, 70ms, &rotors);
+  predict_rotors({.model = model}, inputs, 0ms, 70ms, &rotors);
   EXPECT_LT((rotors.thrust_n - truth.thrust_n).norm(), 1e-9);
   EXPECT_LT((rotors.thrust_command_n - truth.thrust_command_n).norm(), 1e-9);
   EXPECT_GT((rotors.thrust_n - hover_thrust_n(model)).norm(), 0.2);

@@ -1,4 +1,5 @@
-// Clocks that begin anew, counts that do, and single samples far off: what a pilot makes of them.
+// Clocks that begin anew, counts that do, vehicles that do elsewhere, and single samples far off: what a pilot makes of
+// them.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -221,6 +222,55 @@ TEST_P(TimeLines, TheNoteSaysWhatJumpedFromWhereToWhere) {
   EXPECT_EQ(telemetry.last_field, "stamp");
   EXPECT_EQ(telemetry.last_value, "3000000000 ns");
   EXPECT_TRUE(protocol::validate(telemetry).ok()) << protocol::validate(telemetry).error();
+}
+
+TEST_P(TimeLines, OnePositionBeyondTheGatePassesNoGate) {
+  fly(50s, 60);
+  ASSERT_EQ(newest_.health.target_waypoint, 0u);
+  const Eigen::Vector3d beyond(9.0, 0, 1.5);
+  EXPECT_EQ(bench_.take(bench_.state(50s + 60 * kPeriod, beyond)), Outcome::kRejected);
+  const Note note = *bench_.pilot->last_note();
+  EXPECT_EQ(note.code, ErrorCode::kInvalid);
+  EXPECT_EQ(note.field, "p_WB");
+  EXPECT_THAT(note.sentence, HasSubstr("p_WB jumped from (1.18 0.00 1.50) m to (9.00 0.00 1.50) m"));
+  bench_.step();
+  fly(50s + 61 * kPeriod, 1);
+  EXPECT_TRUE(told(Problem::kStatesRejected));
+  EXPECT_EQ(newest_.answers_stamp, 50s + 61 * kPeriod);
+  fly(50s + 62 * kPeriod, 60);
+  EXPECT_EQ(newest_.health.target_waypoint, 0u);
+  EXPECT_LE(longest_without_, kMayCost);
+  EXPECT_EQ(newest_.health.problems, 0u);
+  fly(50s + 122 * kPeriod, 178);
+  EXPECT_EQ(newest_.health.target_waypoint, 1u) << "flown through";
+}
+
+TEST_P(TimeLines, AVehicleThatIsFoundBeyondTheGateDidNotFlyThroughIt) {
+  fly(50s, 60);
+  const auto found = [&](Bench* bench, int i) { return bench->take(bench->state(50s + i * kPeriod, {9.0, 0, 1.5})); };
+  EXPECT_EQ(found(&bench_, 60), Outcome::kRejected);
+  EXPECT_EQ(found(&bench_, 61), Outcome::kRejected);
+  Bench moved(GetParam());
+  moved.clock.set(bench_.clock.now());
+  moved.state_sequence = bench_.state_sequence;
+  const std::string saved = bench_.pilot->save();
+  ASSERT_TRUE(moved.pilot->restore(saved).ok());
+  EXPECT_EQ(moved.pilot->save(), saved);
+  EXPECT_EQ(found(&moved, 62), Outcome::kTaken) << "three in a row agree";
+  const auto* const command = moved.step();
+  ASSERT_NE(command, nullptr);
+  EXPECT_EQ(moved.planner->last.start.p_WB.x(), 9.0);
+  EXPECT_EQ(command->health.target_waypoint, 0u);
+  EXPECT_FALSE(command->health.degraded);
+}
+
+TEST_P(TimeLines, FramesAreNotBoundToAPlaceBetweenHereAndThere) {
+  fly(50s, 10);
+  for (int i = 10; i < 13; ++i) bench_.take(bench_.state(50s + i * kPeriod, {9.0, 0, 1.5}));
+  auto frame = bench_.frame(50s + 11 * kPeriod);
+  bench_.take(frame);
+  bench_.look();
+  EXPECT_THAT(bench_.telemetry().last_reason, HasSubstr("before the oldest state"));
 }
 
 TEST_P(TimeLines, MoveAlongWithASavedPilotAlsoHalfWay) {

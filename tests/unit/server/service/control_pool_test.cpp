@@ -32,7 +32,7 @@ std::map<std::pair<std::uint64_t, std::uint64_t>, Rates> fly(int threads) {
     parts.request = testing::join_request("drone" + std::to_string(id), 7, protocol::Timing::kLockstep);
     parts.session = id;
     auto planner = planner::Planner::create(profile, parts.request.quadrotor, parts.request.course, kGuideConeAngle_rad,
-                                            id, {&crew, true});
+                                            id, {.crew = &crew});
     EXPECT_TRUE(planner.ok());
     parts.planner = std::move(planner).value();
     parts.sensor = std::make_unique<testing::FakeSensor>();

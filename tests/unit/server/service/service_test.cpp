@@ -124,9 +124,9 @@ TEST_F(ServiceTest, RefusalsNameFieldValueAndExpectation) {
       {[](auto& r) {
          r.actuation.kind = Actuation::Kind::kBodyRates;
          r.actuation.thrust_time_constant_s = 0.02;
-         r.actuation.rate_time_constant_s = Eigen::Vector3d(0.03, 0.03, 0.1);
+         r.actuation.rate_time_constant_s = Eigen::Vector3d(0.03, 30, 0.1);
        },
-       "actuation.kind", "1 (collective thrust and body rates)", "0 (rotor thrusts)", ErrorCode::kUnsupported},
+       "actuation.rate_time_constant_s[1]", "30 s", "0.001 to 1 s"},
   };
   for (const Case& bad : cases) {
     auto request = join_request();

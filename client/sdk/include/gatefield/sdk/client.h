@@ -28,12 +28,16 @@ struct Options {
   std::chrono::milliseconds connect_timeout{5000};
 };
 
-/// What to do from `now` to `now + period`, as play() was asked, by the plan or by the fallback. A vehicle takes one of
-/// the three ways to say it.
+/// What to do from `now` to `now + period`, as play() was asked, by the plan or by the fallback.
 ///
-/// Thrusts, collective thrust and body rates are values that the plan reaches at now + period: hold them from `now` on
-/// until then. A plan starts from what the rotors were asked for before, so the value at `now` itself is what they have
-/// already; held and reported back, it would keep them where they are for ever.
+/// Actuation::Kind::kRotorThrusts: a vehicle takes one of the two ways to say it. Thrusts (and with them collective
+/// thrust and body rates) are values that the plan reaches at now + period: hold them from `now` on until then. A plan
+/// starts from what the rotors were asked for before, so the value at `now` itself is what they have already; held and
+/// reported back, it would keep them where they are for ever.
+///
+/// Actuation::Kind::kBodyRates: collective thrust and body rates are commands for the flight controller, that hold from
+/// `now` on (within a step of the plan they stay as they are, SessionReply::plan_step_s); the rotors' part is 0. The
+/// planner has reckoned with the lags that Options::actuation tells: send them on as they are, and at once.
 ///
 /// The fallback's thrusts and rates are what its law asks for at `now`, to be held as long.
 struct Setpoint {
@@ -44,9 +48,8 @@ struct Setpoint {
   PlainVector4 thrust_rate_n_s = PlainVector4::Zero();
   /// Rotors that take thrusts: each one's, and what QuadrotorState::thrust_command_n is from now on.
   PlainVector4 rotor_thrust_n = PlainVector4::Zero();
-  /// Flight controllers that take collective thrust (the rotors' sum) and body rates (FLU).
-  double collective_thrust_n = 0.0;
-  Eigen::Vector3d body_rates_rad_s = Eigen::Vector3d::Zero();
+  double collective_thrust_n = 0.0;                            ///< of all rotors together, along +z of B
+  Eigen::Vector3d body_rates_rad_s = Eigen::Vector3d::Zero();  ///< w_WB_B, about x, y, z of B (FLU)
 };
 
 struct LinkStatistics {

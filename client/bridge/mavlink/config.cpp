@@ -1,0 +1,60 @@
+#include "client/bridge/mavlink/config.h"
+
+#include <array>
+#include <utility>
+
+#include "client/firmware/link/link.h"
+#include "client/firmware/mavlink/messages_link.h"
+#include "common/base/text.h"
+
+namespace gatefield::bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kChannels = mavlink::RcChannels::kChannels;
+
+std::string milliseconds(Stamp span) { return text(seconds(span) * 1e3) + " ms"; }
+
+Status validate(const RadioSwitches& radio) {
+  const std::array switches{std::pair("radio.arm", radio.arm), std::pair("radio.take_over", radio.take_over),
+                            std::pair("radio.kill", radio.kill)};
+  for (const auto& [field, channel] : switches)
+    if (channel < 0 || channel > kChannels)
+      return Error::invalid(field, text(channel), "a channel, 1 to " + text(kChannels) + ", or 0 for none");
+  for (std::size_t i = 0; i < switches.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (switches[i].second != 0 && switches[i].second == switches[j].second)
+        return Error::invalid(switches[i].first, text(switches[i].second),
+                              std::string("another channel than ") + switches[j].first);
+  if (radio.threshold_us < 1100 || radio.threshold_us > 1900)
+    return Error::invalid("radio.threshold_us", text(radio.threshold_us) + " us", "1100 to 1900 us");
+  return {};
+}
+
+}  // namespace
+
+Status validate(const MavlinkConfig& config) {
+  if (const auto address = firmware::parse_address(config.link); !address)
+    return address.failure().within("link: ", "link.");
+  if (config.own_system == 0) return Error::invalid("own_system", "0", "1 to 255");
+  if (config.own_component == 0) return Error::invalid("own_component", "0", "1 to 255");
+  if (config.vehicle_system == config.own_system)
+    return Error::invalid("vehicle_system", text(config.vehicle_system), "another number than own_system");
+  for (const auto& [field, rate] :
+       {std::pair("setpoint_rate_hz", config.setpoint_rate_hz), std::pair("state_rate_hz", config.state_rate_hz)})
+    if (!(rate >= 20 && rate <= 500)) return Error::invalid(field, text(rate) + " Hz", "20 to 500 Hz");
+  if (config.link_delay < 0ms || config.link_delay > 200ms)
+    return Error::invalid("link_delay", milliseconds(config.link_delay), "0 to 200 ms");
+  if (config.connect_timeout < 100ms || config.connect_timeout > 10min)
+    return Error::invalid("connect_timeout", milliseconds(config.connect_timeout), "100 ms to 10 min");
+  if (config.arm_by_command && config.radio.arm != 0)
+    return Error::invalid("arm_by_command", "true", "false where radio.arm names the person's switch");
+  if (Status status = validate(config.time_sync); !status) return status;
+  if (Status status = validate(config.state); !status) return status;
+  if (Status status = validate(config.radio); !status) return status;
+  if (Status status = flight::validate(config.thrust); !status) return status.failure().within("thrust: ", "thrust.");
+  return gatefield::validate(config.quadrotor);
+}
+
+}  // namespace gatefield::bridge

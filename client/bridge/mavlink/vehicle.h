@@ -1,0 +1,117 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/bridge/mavlink/autopilot.h"
+#include "client/bridge/vehicle.h"
+#include "client/firmware/link/link.h"
+#include "client/firmware/mavlink/frame_reader.h"
+#include "client/flight/clock.h"
+#include "client/flight/ports.h"
+#include "client/flight/thrust_estimate.h"
+
+namespace gatefield::bridge {
+
+/// A vehicle behind an autopilot that speaks MAVLink: the loop's ports over one link.
+///
+/// There is no thread: the link is read when the loop asks for the newest state and, better, while it waits. For that
+/// the vehicle is the loop's clock, too: sleep_until() waits for the link, so that answers about time are heard within
+/// microseconds. A loop with another clock hears them up to a period late, and half of that goes into the stamps.
+/// Outside a loop keep_alive() does it.
+///
+/// Throttle is made of newtons by thrust().
+/// Thread-safe: no; one thread at a time.   Real-time safe: the ports and the clock are (system calls, no allocation).
+class MavlinkVehicle final : public Vehicle, private flight::LoopClock, private Outlet {
+ public:
+  /// Opens the link, waits for the autopilot's heartbeat, reads its parameters and compares clocks.
+  /// Errors: those of validate(config) and firmware::open(); kNoAnswer when no heartbeat comes within connect_timeout;
+  /// kInvalid when it is another firmware's or GUID_OPTIONS is not as it has to be; each with the next step.
+  static Result<std::unique_ptr<MavlinkVehicle>> open(const MavlinkConfig& config);
+  /// Over a link that is there, and a clock of one's own. @pre validate(config)
+  MavlinkVehicle(const MavlinkConfig& config, std::unique_ptr<firmware::Link> link, std::unique_ptr<Clock> clock);
+  /// Waits for the autopilot as open() does.
+  Status connect();
+
+  flight::StateSource* states() noexcept override { return &states_; }
+  flight::Actuator& actuator() noexcept override { return actuator_; }
+  flight::FlightController& flight_controller() noexcept override { return controller_; }
+  flight::LoopClock* clock() noexcept override { return this; }
+
+  /// As in report.h.
+  std::vector<std::string> description() const override;
+  std::vector<std::string> complaints() const override;
+  AutopilotReport report() const noexcept { return autopilot_.report(clock_->now()); }
+  /// Learns of the thrust in flight; the bridge gives it the states (flight::Supervision).
+  flight::ThrustEstimate& thrust() noexcept { return thrust_; }
+
+  /// Reads the link and answers what is to be answered, for `span`. No setpoint is sent.
+  void keep_alive(std::chrono::nanoseconds span) noexcept { sleep_until(now() + span); }
+
+ private:
+  Stamp now() const noexcept override { return clock_->now(); }
+  Stamp sleep_until(Stamp deadline) noexcept override;
+
+  class States final : public flight::StateSource {
+   public:
+    explicit States(MavlinkVehicle* vehicle) noexcept : vehicle_(*vehicle) {}
+    std::optional<flight::TimedState> newest(Stamp now) noexcept override;
+
+   private:
+    MavlinkVehicle& vehicle_;
+  };
+
+  class Rates final : public flight::Actuator {
+   public:
+    explicit Rates(MavlinkVehicle* vehicle) noexcept : vehicle_(*vehicle) {}
+    flight::SetpointPart accepts() const noexcept override { return flight::SetpointPart::kCollectiveAndBodyRates; }
+    Stamp period() const noexcept override { return vehicle_.period_; }
+    void apply(Stamp now, const sdk::Setpoint& setpoint) noexcept override;
+    /// On the ground: no thrust and no rates. In the air: what holds the weight, and level rates; that is followed only
+    /// where somebody switched to our setpoints before there was a plan.
+    void hold(Stamp now) noexcept override;
+
+   private:
+    MavlinkVehicle& vehicle_;
+  };
+
+  class Controller final : public flight::FlightController {
+   public:
+    explicit Controller(MavlinkVehicle* vehicle) noexcept : vehicle_(*vehicle) {}
+    std::optional<flight::ControllerStatus> newest(Stamp now) noexcept override;
+    void want(Stamp now, flight::Wanted wanted) noexcept override { vehicle_.autopilot_.want(now, wanted); }
+
+   private:
+    MavlinkVehicle& vehicle_;
+  };
+
+  void send(const mavlink::Message& message) noexcept override;
+  void pump() noexcept;
+  bool in_the_air() noexcept;
+
+  static constexpr int kMostReads = 64;  // in one go, so that a flood does not hold up the loop
+  static constexpr Stamp kTick{std::chrono::milliseconds(5)};
+  static constexpr double kLifted_m = 0.3;  // off where it was armed, for autopilots that don't say so themselves
+
+  const MavlinkConfig config_;
+  const Stamp period_;
+  const bool datagrams_;
+  std::unique_ptr<firmware::Link> link_;
+  std::unique_ptr<Clock> clock_;
+  mavlink::FrameReader reader_;
+  Autopilot autopilot_;
+  flight::ThrustEstimate thrust_;
+  States states_{this};
+  Rates actuator_{this};
+  Controller controller_{this};
+  std::array<std::uint8_t, firmware::Link::kMaxMessage> buffer_{};
+  std::uint8_t sequence_ = 0;
+  std::uint64_t not_sent_ = 0;  // messages for which the link had no room
+  std::optional<firmware::Transfer> broken_;
+  std::optional<double> ground_z_m_;  // where it stood when it was last disarmed
+};
+
+}  // namespace gatefield::bridge
