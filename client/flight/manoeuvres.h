@@ -22,10 +22,10 @@ namespace gatefield::flight {
 /// | all others | none: motors idle, or somebody else flies |
 ///
 /// Level descent has no position and no velocity. Its thrust is level_thrust of the weight along W's z, after a speed
-/// that was known at its beginning has been taken away: sinking faster than kSink_m_s is braked with kMoreThrust, rising
-/// is let go on with kLessThrust, each for as long as that takes without drag. Its attitude is the flight controller's,
-/// where it tells one; else the last one known, turned on by the rates that were asked for since (a rate loop follows
-/// them within its lag, so after a tenth of a second both know it is level).
+/// that was known at its beginning has been taken away: sinking faster than kSink_m_s is braked with kMoreThrust,
+/// rising is let go on with kLessThrust, each for as long as that takes without drag. Its attitude is the flight
+/// controller's, where it tells one; else the last one known, turned on by the rates that were asked for since (a rate
+/// loop follows them within its lag, so after a tenth of a second both know it is level).
 ///
 /// Where the law flies, the error of the climb is integrated, up to kMaxLift_m_s2: before the first flight nobody knows
 /// how much thrust a throttle gives, and a vehicle that is a quarter too weak must lift off, too.

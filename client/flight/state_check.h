@@ -21,8 +21,8 @@ Status validate(const StateCheckOptions& options);
 ///   - its stamp rises, and
 ///   - it goes on from the one before: |p - p' - dt (v + v') / 2| <= jump_m, |v - v'| <= 1 m/s + dt 100 m/s^2, and the
 ///     attitude turned by no more than the body rates allow plus jump_rad (dt up to 0.1 s; later ones begin anew).
-/// Each is held against the one before it whether that was good or not: after a jump the second state is good again, and
-/// a source that keeps jumping has no good ones.
+/// Each is held against the one before it whether that was good or not: after a jump the second state is good again,
+/// and a source that keeps jumping has no good ones.
 /// Thread-safe: no.   Real-time safe: yes.
 class StateCheck {
  public:

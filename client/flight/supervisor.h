@@ -23,17 +23,17 @@ struct Directive {
 /// Decides what a vehicle may do: whether it may arm, who flies, and how a flight ends when something is missing.
 ///
 /// It is a state machine over Phase that walks along the lines of transitions(), at most one line a step. What a phase
-/// means for motors and setpoints is Manoeuvres' affair. It knows no clock, thread, log or transport: what it is told is
-/// an Observation, and time is an argument, so tests walk it through every line in milliseconds.
+/// means for motors and setpoints is Manoeuvres' affair. It knows no clock, thread, log or transport: what it is told
+/// is an Observation, and time is an argument, so tests walk it through every line in milliseconds.
 ///
 /// What always holds:
 ///   - It asks for turning motors only after a person's switch went from off to on (or ArmBy::kItself) with all checks
 ///     passing, and after a person gave a flying vehicle back.
 ///   - Kill, arm switch and take-over come before everything else, in every phase.
-///   - Each phase in the air has an end of its own, whatever is or is not heard: nothing keeps a last setpoint for ever.
-///     (Racing ends with the plan, which the client's plan player ends.)
-///   - What ends a flight for good (fence, battery, stop, end of the race, a silent controller or pilot) stays until the
-///     vehicle is disarmed, though what is missing may come back.
+///   - Each phase in the air has an end of its own, whatever is or is not heard: nothing keeps a last setpoint for
+///     ever. (Racing ends with the plan, which the client's plan player ends.)
+///   - What ends a flight for good (fence, battery, stop, end of the race, a silent controller or pilot) stays until
+///     the vehicle is disarmed, though what is missing may come back.
 ///
 /// Thread-safe: no.   Real-time safe: yes.   Errors: none.
 class Supervisor {

@@ -6,8 +6,8 @@
 
 #include "client/flight/ports.h"
 
-/// The supervisor's states and what leads from one to another, as one table. The supervisor obeys it, docs/safety.md and
-/// its picture are made of it, and the tests walk through every line of it.
+/// The supervisor's states and what leads from one to another, as one table. The supervisor obeys it, docs/safety.md
+/// and its picture are made of it, and the tests walk through every line of it.
 /// Thread-safe: yes (constants).   Real-time safe: yes.
 namespace gatefield::flight {
 

@@ -13,9 +13,9 @@ namespace gatefield::sdk {
 /// begun, the newest is played; it is over at plan_start + min(validity, steps * plan_step), and then no older one
 /// takes its place. When none has begun, the newest begins at once, but no more than one step early.
 ///
-/// A plan of rotor thrusts says where thrusts and body rates are at the end of each interval. Within an interval they go
-/// linearly from the value at the end of the interval before to the value at its own end; in the first interval, thrusts
-/// come to its end along the thrust rate. After the last one they stay.
+/// A plan of rotor thrusts says where thrusts and body rates are at the end of each interval. Within an interval they
+/// go linearly from the value at the end of the interval before to the value at its own end; in the first interval,
+/// thrusts come to its end along the thrust rate. After the last one they stay.
 ///
 /// A plan of body rates says what is commanded during each interval, all of it: nothing lies between two commands, and
 /// the one that holds at `now` is played.
@@ -27,7 +27,8 @@ class PlanPlayer {
   void take(const protocol::ThrustRateCommand& command) noexcept;
 
   /// What the plan that covers `now` says. Rotor thrusts: its thrust rate then, its thrusts and body rates `period`
-  /// later. Body rates: its collective thrust and body rates then, and nothing of the rotors. Empty when none covers it.
+  /// later. Body rates: its collective thrust and body rates then, and nothing of the rotors. Empty when none covers
+  /// it.
   /// @pre period >= 0
   std::optional<Setpoint> at(Stamp now, Stamp period) const noexcept;
 

@@ -8,8 +8,9 @@
 
 namespace gatefield::simulator {
 
-/// What the vehicle believes about itself: what it could know (JudgedVehicle::known()) with an error that is drawn anew each time, normal and independent
-/// per axis (attitude: a turn about an axis in the body). Same seed and sequence of calls, same errors.
+/// What the vehicle believes about itself: what it could know (JudgedVehicle::known()) with an error that is drawn anew
+/// each time, normal and independent per axis (attitude: a turn about an axis in the body). Same seed and sequence of
+/// calls, same errors.
 /// Thread-safe: no.   Real-time safe: yes.
 class Estimator {
  public:

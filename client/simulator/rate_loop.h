@@ -7,7 +7,8 @@
 
 namespace gatefield::simulator {
 
-/// How a rate loop is set. Per axis of B (x, y, z), in angular acceleration, so that a heavier vehicle has the same ones.
+/// How a rate loop is set. Per axis of B (x, y, z), in angular acceleration, so that a heavier vehicle has the same
+/// ones.
 struct RateLoopGains {
   Eigen::Vector3d p_s = Eigen::Vector3d::Zero();   ///< rad/s^2 per rad/s of error
   Eigen::Vector3d i_s2 = Eigen::Vector3d::Zero();  ///< rad/s^2 per rad of integrated error

@@ -20,8 +20,8 @@ struct Vehicle {
   std::vector<std::string> notes;  ///< what was taken otherwise than written, for the person whose file it is
 };
 
-/// How the vehicle is driven when it is by `kind`: as its file says; where the file says the other kind and has no lags,
-/// with those of a flight controller that is tuned to the vehicle's rotors as usual, tau_r their time constant:
+/// How the vehicle is driven when it is by `kind`: as its file says; where the file says the other kind and has no
+/// lags, with those of a flight controller that is tuned to the vehicle's rotors as usual, tau_r their time constant:
 /// thrust tau_r, rates about x and y 1.7 tau_r, about z 3.2 tau_r (there the rotors have the least to turn with).
 Actuation driven_by(const Vehicle& vehicle, Actuation::Kind kind);
 

@@ -35,9 +35,9 @@ RateCommand hover_command(const QuadrotorModel& model);
 /// holds has both the same). Each of the four, x behind c(t) = c_0 + r t with time constant T, is solved exactly:
 ///   x(dt) = c_1 - r T + (x_0 - c_0 + r T) e^(-dt/T)
 ///   mean  = c_0 + r (dt/2 - T) + (x_0 - c_0 + r T) (1 - e^(-dt/T)) T/dt
-/// (1) collective thrust and (2) body rates by that; (3) attitude by the exponential map of the mean rates; (4) velocity
-/// with the mean thrust times `thrust_factor` along the mid-step attitude and drag at the old velocity; (5) position by
-/// the mean of old and new velocity. Torques don't appear: they are the rate loop's affair.
+/// (1) collective thrust and (2) body rates by that; (3) attitude by the exponential map of the mean rates; (4)
+/// velocity with the mean thrust times `thrust_factor` along the mid-step attitude and drag at the old velocity; (5)
+/// position by the mean of old and new velocity. Torques don't appear: they are the rate loop's affair.
 /// @param state  a vehicle of this kind has no rotors that one could know: each of thrust_n and thrust_command_n is a
 ///               quarter of the collective thrust that is given and asked for
 /// Thread-safe: yes.   Real-time safe: yes.

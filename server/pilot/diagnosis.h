@@ -34,8 +34,8 @@ struct StepFindings {
 ///   kFewEffectiveSamples   after kStarving without a break                    kStays after it was last found
 ///   of images (sensing)    when found for kSensing                            kStays after it was last found
 ///   others                 at once                                            kStays after it was last found
-/// What images say is not told beside a mistake in the states that puts every image elsewhere: where both are found, the
-/// states' comes within kSensing.
+/// What images say is not told beside a mistake in the states that puts every image elsewhere: where both are found,
+/// the states' comes within kSensing.
 /// Thread-safe: no (control step).   Real-time safe: yes.
 class Diagnosis {
  public:

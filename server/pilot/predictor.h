@@ -21,8 +21,8 @@ struct Dynamics {
 };
 
 /// What the vehicle was told to do, as pieces of constant input over the client's time: thrust rates, or by body rates
-/// what was asked for (RateCommand). A plan holds from its start until the next one's start; what it said beyond that is
-/// cut off, because the client switches over there. Past the newest plan's validity, and before the first one, the
+/// what was asked for (RateCommand). A plan holds from its start until the next one's start; what it said beyond that
+/// is cut off, because the client switches over there. Past the newest plan's validity, and before the first one, the
 /// input is the one that changes nothing (thrust rates of zero; a hover).
 /// Thread-safe: no (control step).   Real-time safe: yes (fixed memory).
 class InputTimeline {

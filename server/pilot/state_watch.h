@@ -23,8 +23,8 @@ namespace gatefield::pilot {
 /// kThrustAgainstMotion, kRatesAgainstAttitude). Then each known mistake is undone in turn (NED and FRD, a quaternion w
 /// first, a velocity in the body frame, rates in the world frame); the one that leaves far less than was told, and less
 /// than the others, is the likely cause. Torques that don't fit are told only when another order of the rotors, or
-/// other spins, fits, and no mistake in the states that makes them fit leaves the rest in agreement. A vehicle that stands (on the floor, in a hand) contradicts nothing. A problem stays for kStays
-/// after it was last seen.
+/// other spins, fits, and no mistake in the states that makes them fit leaves the rest in agreement. A vehicle that
+/// stands (on the floor, in a hand) contradicts nothing. A problem stays for kStays after it was last seen.
 ///
 /// Thread-safe: no (control step).   Real-time safe: yes (fixed memory, bounded work, most of it once in kLookPeriod).
 class StateWatch {

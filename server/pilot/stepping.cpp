@@ -13,7 +13,8 @@ constexpr double kMaxAge_s = 1e9;      // that a command may tell
 
 double finite_or(double value, double otherwise) noexcept { return std::isfinite(value) ? value : otherwise; }
 
-/// The limits on body rates of plans of rotor thrusts are soft; what a vehicle is asked for keeps to its own. 0: it has none.
+/// The limits on body rates of plans of rotor thrusts are soft; what a vehicle is asked for keeps to its own. 0: it has
+/// none.
 Eigen::Vector3d within(const Eigen::Vector3d& limit_rad_s, Eigen::Vector3d w_WB_B) noexcept {
   for (Eigen::Index i = 0; i < 3; ++i)
     if (limit_rad_s[i] > 0.0) w_WB_B[i] = std::clamp(w_WB_B[i], -limit_rad_s[i], limit_rad_s[i]);

@@ -1,5 +1,5 @@
-// MAVLink against someone else's (npm node-mavlink, tests/conformance/mavlink/peer.js), both ways. Left out, with a line that says
-// so, where node or its packages are not installed.
+// MAVLink against someone else's (npm node-mavlink, tests/conformance/mavlink/peer.js), both ways. Left out, with a
+// line that says so, where node or its packages are not installed.
 
 #include <gtest/gtest.h>
 

@@ -19,9 +19,9 @@ namespace gatefield::test {
 
 namespace mavlink = firmware::mavlink;
 
-/// RateController behind MAVLink, as an autopilot with an estimator would be: heartbeats, time, parameters, commands with
-/// acknowledgements, attitude targets in, odometry and status out. It boots `boot` before the test's clock began, and
-/// its clock runs at its own rate.
+/// RateController behind MAVLink, as an autopilot with an estimator would be: heartbeats, time, parameters, commands
+/// with acknowledgements, attitude targets in, odometry and status out. It boots `boot` before the test's clock began,
+/// and its clock runs at its own rate.
 class MavlinkController {
  public:
   explicit MavlinkController(std::unique_ptr<firmware::Link> link, bridge::Dialect dialect,

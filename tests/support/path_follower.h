@@ -10,7 +10,8 @@
 namespace gatefield::test {
 
 /// A client that needs no server: a geometric controller that follows a smooth closed path through given gates, so that
-/// the simulator can be tested on its own, whichever part of a setpoint its vehicle follows. It stands in for the planner and is allowed to know the gates.
+/// the simulator can be tested on its own, whichever part of a setpoint its vehicle follows. It stands in for the
+/// planner and is allowed to know the gates.
 class PathFollower final : public sdk::Client {
  public:
   struct Options {

@@ -5,8 +5,8 @@
 
 #include "common/base/clock.h"
 
-/// A small flight controller of our own, as tests fly it behind the protocols of the real ones: rate loop, mixer, arming
-/// and failsafe. It imitates no firmware; it has to fly, to refuse, and to stop.
+/// A small flight controller of our own, as tests fly it behind the protocols of the real ones: rate loop, mixer,
+/// arming and failsafe. It imitates no firmware; it has to fly, to refuse, and to stop.
 namespace gatefield::test {
 
 class RateController {

@@ -9,8 +9,8 @@ namespace gatefield::bridge::betaflight {
 namespace msp = firmware::msp;
 
 /// What throttle Betaflight makes of a pulse, turned around: which pulse asks for a throttle, 0 to 1 of the motors'
-/// range above idle. The firmware stretches min_check to 2000 microseconds over 0 to 1000 (whole numbers), looks that up
-/// in a curve of twelve points, whose middle and bend are throttle mid m and expo e (hundredths) with t = 10 i - m:
+/// range above idle. The firmware stretches min_check to 2000 microseconds over 0 to 1000 (whole numbers), looks that
+/// up in a curve of twelve points, whose middle and bend are throttle mid m and expo e (hundredths) with t = 10 i - m:
 ///
 ///   10 m + t (100 - e + e t^2 / y^2) / 10        y = 100 - m above the middle, m below it; whole numbers
 ///
@@ -24,8 +24,8 @@ class ThrottleCurve {
 
   ThrottleCurve(const msp::RcTuning& tuning, const msp::RxConfig& config) noexcept;
 
-  /// The pulse for this throttle: the nearest that can be asked for, and never below min_check, where the firmware takes
-  /// the stick for pulled down. What is not finite gives the lowest.
+  /// The pulse for this throttle: the nearest that can be asked for, and never below min_check, where the firmware
+  /// takes the stick for pulled down. What is not finite gives the lowest.
   int pulse_us(double throttle) const noexcept;
   /// The throttle that the firmware makes of it; kLowest_us <= pulse <= kHighest_us.
   double throttle(int pulse_us) const noexcept;

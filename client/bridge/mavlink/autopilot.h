@@ -47,8 +47,8 @@ struct AutopilotReport {
   std::optional<mavlink::StatusText> warning;  ///< the newest of severity kWarning and worse
 };
 
-/// One autopilot over MAVLink, as a machine without clock, thread or socket: frames and ticks go in, messages and states
-/// come out.
+/// One autopilot over MAVLink, as a machine without clock, thread or socket: frames and ticks go in, messages and
+/// states come out.
 ///
 ///   - Its first heartbeat makes an autopilot the peer (of the configured system, where one is configured). Others are
 ///     not listened to.

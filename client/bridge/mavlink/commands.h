@@ -27,9 +27,9 @@ struct CommandFate {
 };
 
 /// Commands to an autopilot, with acknowledgements and time limits: what is not answered within kAnswer is sent again
-/// with its confirmation counted up, and after kTries taken as unanswered. Then, as after any other answer, the next try
-/// comes kRest later: whoever still wants it has not seen it done. There is one place for each kind of command; asking
-/// for the same kind with other parameters begins anew.
+/// with its confirmation counted up, and after kTries taken as unanswered. Then, as after any other answer, the next
+/// try comes kRest later: whoever still wants it has not seen it done. There is one place for each kind of command;
+/// asking for the same kind with other parameters begins anew.
 /// Thread-safe: no.   Real-time safe: yes.
 class CommandDesk {
  public:

@@ -15,8 +15,8 @@ namespace gatefield::bridge {
 
 namespace mavlink = firmware::mavlink;
 
-/// Whose MAVLink it is. All take SET_ATTITUDE_TARGET; they differ in the mode in which they follow it, in parameters, and
-/// in what they do when setpoints stop.
+/// Whose MAVLink it is. All take SET_ATTITUDE_TARGET; they differ in the mode in which they follow it, in parameters,
+/// and in what they do when setpoints stop.
 enum class Dialect : std::uint8_t {
   kPx4,        ///< mode OFFBOARD, which wants setpoints before it is entered
   kArduPilot,  ///< mode GUIDED, with the bit of GUID_OPTIONS that makes thrust mean thrust

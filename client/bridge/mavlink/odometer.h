@@ -52,8 +52,8 @@ Status validate(const OdometerOptions& options);
 ///
 /// ODOMETRY: pose in MAV_FRAME_LOCAL_NED or LOCAL_FRD (whose forward axis is taken for north), velocity in either of
 /// them or in BODY_FRD, rates in the body. LOCAL_POSITION_NED and ATTITUDE_QUATERNION: each new one is paired with the
-/// newest of the other kind, at most kPairGap apart; position is carried to the attitude's stamp by the velocity, or the
-/// attitude to the position's by its rates.
+/// newest of the other kind, at most kPairGap apart; position is carried to the attitude's stamp by the velocity, or
+/// the attitude to the position's by its rates.
 ///
 /// A stamp more than kFuture ahead of now, or more than `oldest` behind, is wrong: clocks that do not agree, or a link
 /// that holds messages back. How far off it was is kept for the sentence.

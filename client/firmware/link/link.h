@@ -32,8 +32,8 @@ struct Address {
   std::uint16_t local_port = 0;  ///< kUdp: where to hear; 0: any
 };
 
-/// Errors: kInvalid with the part that is wrong as field ("kind", "device", "baud", "host", "port"), its value, and what
-/// was expected.
+/// Errors: kInvalid with the part that is wrong as field ("kind", "device", "baud", "host", "port"), its value, and
+/// what was expected.
 Result<Address> parse_address(std::string_view text);
 std::string to_text(const Address& address);
 

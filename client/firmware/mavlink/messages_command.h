@@ -6,8 +6,8 @@
 
 #include "client/firmware/mavlink/field.h"
 
-/// Messages that ask a vehicle for something, and its answers. Names of fields are those of the definitions (mavlink.io,
-/// "MAVLINK common message set").
+/// Messages that ask a vehicle for something, and its answers. Names of fields are those of the definitions
+/// (mavlink.io, "MAVLINK common message set").
 namespace gatefield::firmware::mavlink {
 
 /// Attitude, body rates and thrust to follow from now on.

@@ -6,8 +6,8 @@
 #include "client/firmware/mavlink/field.h"
 #include "client/firmware/mavlink/messages_state.h"
 
-/// Messages between a simulator and a firmware in its loop. Body axes are FRD, world axes NED. Names of fields are those
-/// of the definitions (mavlink.io, "MAVLINK common message set").
+/// Messages between a simulator and a firmware in its loop. Body axes are FRD, world axes NED. Names of fields are
+/// those of the definitions (mavlink.io, "MAVLINK common message set").
 namespace gatefield::firmware::mavlink {
 
 /// What the simulated sensors say.

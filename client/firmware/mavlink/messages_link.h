@@ -80,8 +80,8 @@ struct SystemTime {
   }
 };
 
-/// Clocks compared: who asks sends tc1 = 0 and its own time as ts1; the answer has the other's time as tc1 and ts1 as it
-/// came.
+/// Clocks compared: who asks sends tc1 = 0 and its own time as ts1; the answer has the other's time as tc1 and ts1 as
+/// it came.
 struct Timesync {
   static constexpr std::uint32_t kId = 111;
   static constexpr std::string_view kName = "TIMESYNC";

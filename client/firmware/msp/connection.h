@@ -20,8 +20,8 @@ namespace gatefield::firmware::msp {
 /// A flight controller takes up one command in each run of its serial task (100 a second as it comes, more with its
 /// setting serial_update_rate_hz), and what it can't take up waits in its buffer. So that nothing grows old there, only
 /// kMaxWaiting commands are ever without an answer: send() refuses more. An answer that has not come after four times
-/// the longest of the round trips of late, but kShortest at least and kLongest at most, is taken for lost; then the rest
-/// of a frame that has begun is no longer waited for, either.
+/// the longest of the round trips of late, but kShortest at least and kLongest at most, is taken for lost; then the
+/// rest of a frame that has begun is no longer waited for, either.
 ///
 /// Thread-safe: no.   Real-time safe: all but ask() (system calls, no allocation).
 class Connection {

@@ -32,16 +32,16 @@ struct HilMotors {
   std::uint64_t answers = 0;  ///< messages since the begin
 };
 
-/// A firmware that takes its sensors from a simulator over MAVLink (PX4's simulator_mavlink; "Simulation", docs.px4.io):
-/// HIL_SENSOR and HIL_GPS out, HIL_ACTUATOR_CONTROLS in. PX4 connects to us. In lockstep its time is that of HIL_SENSOR,
-/// and it answers each with one message of motors.
+/// A firmware that takes its sensors from a simulator over MAVLink (PX4's simulator_mavlink; "Simulation",
+/// docs.px4.io): HIL_SENSOR and HIL_GPS out, HIL_ACTUATOR_CONTROLS in. PX4 connects to us. In lockstep its time is that
+/// of HIL_SENSOR, and it answers each with one message of motors.
 ///
-/// PX4's motors of an X frame are front right, rear left, front left, rear right, the first two turning counter-clockwise
-/// seen from above: they push the body about -z (FLU).
+/// PX4's motors of an X frame are front right, rear left, front left, rear right, the first two turning
+/// counter-clockwise seen from above: they push the body about -z (FLU).
 ///
-/// While it boots it answers nothing, and needs samples at about the pace of real time; exchange() gives motors that are
-/// off then. After its first answer each exchange waits at most answer_timeout of the clock: a firmware that hangs is
-/// told, and the flight ends there.
+/// While it boots it answers nothing, and needs samples at about the pace of real time; exchange() gives motors that
+/// are off then. After its first answer each exchange waits at most answer_timeout of the clock: a firmware that hangs
+/// is told, and the flight ends there.
 /// Thread-safe: no.   Real-time safe: no (it waits).
 class HilLink {
  public:

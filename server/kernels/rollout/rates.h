@@ -33,8 +33,8 @@ RateLoop* rate_loop(std::int64_t target) noexcept;
 /// Rolls out every sample of the block (Backend::rollout_rates()).
 /// @param start   its thrust_n together are the collective thrust that is given now
 /// @param asked   what is asked for when the first step begins
-/// @param inputs  in: [K][4][M] collective thrust in N and body rates in rad/s, or their changes per second; one that is
-///                no number leaves what was asked for before; out: what was really applied within the limits
+/// @param inputs  in: [K][4][M] collective thrust in N and body rates in rad/s, or their changes per second; one that
+///                is no number leaves what was asked for before; out: what was really applied within the limits
 /// @param states  out: as rollout() has it; kThrustSum is the collective thrust followed, without the factor
 /// @pre validate(actuation), low <= high, dt_s > 0, blocks as rollout() wants them
 /// Thread-safe: yes.   Real-time safe: yes.

@@ -14,8 +14,8 @@ struct DrivenState {
   RateCommand asked;  ///< Actuation::Kind::kBodyRates: what is asked for; else not used
 };
 
-/// How a vehicle is driven, as MPPI sees it: what its four inputs are, how they are sampled, and which states follow from
-/// them. One implementation for each Actuation::Kind:
+/// How a vehicle is driven, as MPPI sees it: what its four inputs are, how they are sampled, and which states follow
+/// from them. One implementation for each Actuation::Kind:
 ///   rotor_drive.cpp  inputs are the rates of the rotors' commanded thrusts
 ///   rate_drive.cpp   inputs are what a flight controller is asked for, collective thrust and body rates, or how fast
 ///                    that changes

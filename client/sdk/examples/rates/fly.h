@@ -2,8 +2,8 @@
 
 #include <gatefield/sdk/client.h>
 
-/// The loop of a client whose vehicle has a flight controller. `vehicle` is yours: its clock, camera, state estimate and
-/// the way to the flight controller.
+/// The loop of a client whose vehicle has a flight controller. `vehicle` is yours: its clock, camera, state estimate
+/// and the way to the flight controller.
 /// @param period    how often the flight controller gets something new; 2 to 20 ms
 /// @param lockstep  the vehicle is simulated and waits for the server (Options::timing kLockstep)
 template <typename Vehicle>

@@ -80,12 +80,14 @@ TEST(Random, ChanceOfZeroAndOneAreCertain) {
 
 // Every stream of the product (tests/structure/streams.sh holds that) and those that look like a neighbour of one.
 constexpr Stream kNames[] = {
-    Stream("gatefield.perturbation"),  Stream("gatefield.sensor_noise"),
-    Stream("gatefield.state_noise"),   Stream("gatefield.link"),
-    Stream("gatefield.rollouts"),      Stream("gatefield.texture"),
-    Stream("gatefield.ransac"),        Stream("gatefield.encoder_trial"),
-    Stream("gatefield.decoder_trial"), Stream("gatefield.decoder_comparison"),
-    Stream("gatefield.rollouts "),     Stream(""),
+    Stream("gatefield.perturbation"),   Stream("gatefield.sensor_noise"),
+    Stream("gatefield.state_noise"),    Stream("gatefield.link"),
+    Stream("gatefield.rollouts"),       Stream("gatefield.texture"),
+    Stream("gatefield.ransac"),         Stream("gatefield.encoder_trial"),
+    Stream("gatefield.decoder_trial"),  Stream("gatefield.decoder_comparison"),
+    Stream("gatefield.hil.gyro"),       Stream("gatefield.hil.accelerometer"),
+    Stream("gatefield.hil.satellites"), Stream("gatefield.hil.magnetometer_and_barometer"),
+    Stream("gatefield.rollouts "),      Stream(""),
     Stream("gatefield.perturbation1"),
 };
 

@@ -11,8 +11,8 @@
 
 namespace gatefield::bridge {
 
-/// MavlinkVehicle and MavlinkController on a cable, in the test's time: whenever the vehicle waits, a millisecond goes by
-/// on the other side, with a rigid body that the controller's motors move where a test asks for it.
+/// MavlinkVehicle and MavlinkController on a cable, in the test's time: whenever the vehicle waits, a millisecond goes
+/// by on the other side, with a rigid body that the controller's motors move where a test asks for it.
 class Bench {
  public:
   explicit Bench(const MavlinkConfig& config) : config_(config) {
