@@ -15,7 +15,7 @@ namespace gatefield::pilot {
 
 /// What moves a vehicle, as prediction knows it.
 struct Dynamics {
-  QuadrotorModel model;
+  QuadrotorModel model = {};
   Actuation actuation = {};
   double thrust_factor = 1.0;  ///< by body rates: real thrust over what it is thought to be
 };
