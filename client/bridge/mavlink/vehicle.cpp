@@ -101,10 +101,10 @@ void MavlinkVehicle::send(const mavlink::Message& message) noexcept {
   const auto packet = mavlink::pack(message, {config_.own_system, config_.own_component}, sequence_);
   const firmware::Transfer transfer = link_->send(packet.bytes());
   if (transfer.broken != 0) broken_ = transfer;
-  if (transfer.bytes == 0)
-    ++not_sent_;
-  else
+  if (transfer.bytes > 0)
     ++sequence_;
+  else if (reader_.counts().frames > 0)  // before that a link that listens has nobody to send to
+    ++not_sent_;
 }
 
 std::optional<flight::TimedState> MavlinkVehicle::States::newest(Stamp) noexcept {

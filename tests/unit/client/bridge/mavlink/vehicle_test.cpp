@@ -9,6 +9,7 @@
 #include "client/firmware/mavlink/constants.h"
 #include "common/base/random.h"
 #include "tests/support/allocation_trap.h"
+#include "tests/support/towards.h"
 
 namespace gatefield::bridge {
 namespace {
@@ -495,20 +496,6 @@ TEST(MavlinkVehicle, AllocatesNothingInAStep) {
 
 // ---- all of it -----------------------------------------------------------------------------------------------------
 
-/// Rates and thrust towards a place, as somebody's outer loop would ask for them.
-sdk::Setpoint towards(const Eigen::Vector3d& goal, const QuadrotorState& state, const QuadrotorModel& model) {
-  const Eigen::Vector3d wanted_W = (2.0 * (goal - state.p_WB) - 2.5 * state.v_WB).cwiseMax(-5.0).cwiseMin(5.0) +
-                                   Eigen::Vector3d(0, 0, kGravity_m_s2);
-  const Eigen::Quaterniond q(state.q_WB);
-  const Eigen::Vector3d up_B = q.inverse() * wanted_W.normalized();
-  const Eigen::Vector3d ahead_W = q * Eigen::Vector3d::UnitX();
-  sdk::Setpoint setpoint;
-  setpoint.body_rates_rad_s = 8.0 * Eigen::Vector3d::UnitZ().cross(up_B);
-  setpoint.body_rates_rad_s.z() = 2.0 * (0.8 - std::atan2(ahead_W.y(), ahead_W.x()));  // to a heading of 0.8 rad
-  setpoint.collective_thrust_n = model.mass_kg * wanted_W.dot(q * Eigen::Vector3d::UnitZ());
-  return setpoint;
-}
-
 TEST_P(EachDialect, FliesToAPlaceAndLetsItsThrustBeLearned) {
   auto config = bench_config(GetParam());
   config.setpoint_rate_hz = 200;
@@ -527,7 +514,7 @@ TEST_P(EachDialect, FliesToAPlaceAndLetsItsThrustBeLearned) {
     ASSERT_TRUE(state);
     if (state->state.p_WB.z() > 0.1) bench.vehicle->thrust().begin();
     bench.vehicle->thrust().on_state(state->stamp, state->state, bench.status().specific_force_z_m_s2);
-    bench.vehicle->actuator().apply(bench.now(), towards(goal, state->state, config.quadrotor));
+    bench.vehicle->actuator().apply(bench.now(), test::towards(goal, state->state, config.quadrotor));
   }
   EXPECT_LE((bench.controller->state.p_WB - goal).norm(), 0.1) << bench.controller->state.p_WB.transpose();
   EXPECT_LE(bench.controller->state.v_WB.norm(), 0.1);
