@@ -10,8 +10,8 @@
 
 namespace gatefield::test {
 
-/// The simulator's side of a MavlinkController: its gyro is HIL_SENSOR's, its motors go out as HIL_ACTUATOR_CONTROLS, one
-/// for each sample, and its estimator is HIL_STATE_QUATERNION's truth. Speaks first, as PX4 does.
+/// The simulator's side of a MavlinkController: its gyro is HIL_SENSOR's, its motors go out as HIL_ACTUATOR_CONTROLS,
+/// one for each sample, and its estimator is HIL_STATE_QUATERNION's truth. Speaks first, as PX4 does.
 class HilFirmware {
  public:
   HilFirmware(std::unique_ptr<firmware::Link> simulator, MavlinkController* controller)

@@ -1,5 +1,5 @@
-// A simulated vehicle whose firmware (ours, tests/support/hil_firmware.h) takes its sensors from the simulator and its setpoints from
-// the bridge: both MAVLink links at once, in lockstep and in the test's time.
+// A simulated vehicle whose firmware (ours, tests/support/hil_firmware.h) takes its sensors from the simulator and its
+// setpoints from the bridge: both MAVLink links at once, in lockstep and in the test's time.
 
 #include <gtest/gtest.h>
 
