@@ -20,8 +20,8 @@ struct RateLoopGains {
 
 /// Gains with which 63 % of a small step comes in as told, with about 7 % of overshoot where the rotors set the pace:
 /// the loop P / (s (tau_r s + 1) + D s + P) with the rotors' lag tau_r, kept at a damping of 0.75.
-///   omega = 1.71 / T,  P = omega^2 tau_r,  D = 1.5 omega tau_r - 1            (T up to 2.57 tau_r)
-///   P = 0.92 / (T - 0.56 tau_r),  D = 0                                       (slower: the rotors matter less and less)
+///   omega = 1.71 / T,  P = omega^2 tau_r,  D = 1.5 omega tau_r - 1   (T up to 2.57 tau_r)
+///   P = 0.92 / (T - 0.56 tau_r),  D = 0                              (slower: the rotors matter less and less)
 ///   I = 0.025 P omega, with omega = 1.5 P for the slower ones
 /// Measured against the loop and plant here: T is met within 10 % (a test).
 /// @param rate_time_constant_s  T about x, y, z

@@ -96,8 +96,7 @@ std::string summarize(const Report& report);
 /// Columns: t_s, position px_m.., velocity vx_m_s.., attitude qw.., body rates wx_rad_s.., thrust0_n.., command0_n..
 /// (what each rotor gives and is asked for), rate0_n_s.., collective_n, wx_asked_rad_s.. (the setpoint), source (plan
 /// or fallback), gate, lap, target, field_m (lowest along the plan), latent_age_s, solve_s, effective_samples,
-/// degraded. Written whole or not at all.
-/// Errors: the sentence names the file.
+/// degraded. Written whole or not at all. Errors: the sentence names the file.
 Status write_csv(const std::filesystem::path& file, const Report& report);
 
 }  // namespace gatefield::simulator

@@ -16,7 +16,8 @@ namespace msp = firmware::msp;
 ///   ACTUAL      10 c x + max(0, 10 s - 10 c) |x| (x^5 e + x (1 - e))
 ///   BETAFLIGHT  200 c' y / clamp(1 - |x| s, 0.01, 1)      y = x |x|^3 e + x (1 - e), c' = c + 14.54 max(0, c - 2)
 ///   KISS        200 c k / clamp(1 - |x| s, 0.01, 1)       k = x^3 e + x (1 - e)
-///   QUICK       200 c x / clamp(1 - y f, 0.01, 1)         y = |x|^3 e + |x| (1 - e), f = 1 - 200 c / max(1000 s, 200 c)
+///   QUICK       200 c x / clamp(1 - y f, 0.01, 1)         y = |x|^3 e + |x| (1 - e),
+///                                                         f = 1 - 200 c / max(1000 s, 200 c)
 ///   RACEFLIGHT  1000 c z (1 + |x| s)                      z = (1 + e (x^2 - 1)) x
 ///
 /// each limited to the axis' own limit. (Read in src/main/fc/rc.c of 4.4 to 2026.6. QUICK is that of

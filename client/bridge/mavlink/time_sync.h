@@ -22,8 +22,8 @@ Status validate(const TimeSyncOptions& options);
 /// Another machine's clock against ours, from questions and answers (MAVLink's TIMESYNC).
 ///
 /// An answer that we asked for at t_0 and heard at t_1, with the other's time r in it, gives offset
-/// r - (t_0 + t_1) / 2, wrong by at most half the round trip t_1 - t_0: whatever the two ways took, r lies
-/// between. The line
+/// r - (t_0 + t_1) / 2, wrong by at most half the round trip t_1 - t_0: whatever the two ways took, r lies between. The
+/// line
 ///
 ///   offset(t) = a + b (t - t_n)
 ///

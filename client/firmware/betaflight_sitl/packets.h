@@ -10,8 +10,8 @@
 /// src/main/target/SITL (later src/platform/SIMULATOR) of 4.4 to 2026.6, and seen with 4.5 and 2025.12; all numbers are
 /// little endian.
 ///
-///   state, to port 9003, 144 bytes    f64 time, gyro[3] rad/s, acceleration[3] m/s^2, attitude[4] w first, velocity[3],
-///                                     position[3], pressure Pa
+///   state, to port 9003, 144 bytes    f64 time, gyro[3] rad/s, acceleration[3] m/s^2, attitude[4] w first,
+///                                     velocity[3], position[3], pressure Pa
 ///   motors, to port 9002, 16 bytes    f32[4], 0 to 1
 ///
 /// The firmware runs on the machine's own clock. Times of state packets that advance stretch that clock, so they stay

@@ -152,7 +152,8 @@ TEST(Manoeuvres, TheHandOverBeginsAsTheLawAndEndsAsThePlan) {
   EXPECT_EQ(flown.ask()->body_rates_rad_s, flown.plan.body_rates_rad_s);
 }
 
-// ---- without a state ------------------------------------------------------------------------------------------------
+// ---- without a state
+// -----------------------------------------------------------------------------------------------------------
 
 struct Blind {
   const char* name;
@@ -198,7 +199,8 @@ INSTANTIATE_TEST_SUITE_P(
              (std::get<1>(test.param) ? "_attitude_told" : "_attitude_reckoned");
     });
 
-// ---- gates ----------------------------------------------------------------------------------------------------------
+// ---- gates
+// ---------------------------------------------------------------------------------------------------------------------
 
 /// Brakes towards a gate at x = 0 and says how far from its frame the vehicle's sphere came: below 0 it hit.
 double clearance(const Course& course, double aside_m, double speed_m_s, double from_m) {

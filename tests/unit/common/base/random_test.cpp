@@ -80,14 +80,22 @@ TEST(Random, ChanceOfZeroAndOneAreCertain) {
 
 // Every stream of the product (tests/structure/streams.sh holds that) and those that look like a neighbour of one.
 constexpr Stream kNames[] = {
-    Stream("gatefield.perturbation"),   Stream("gatefield.sensor_noise"),
-    Stream("gatefield.state_noise"),    Stream("gatefield.link"),
-    Stream("gatefield.rollouts"),       Stream("gatefield.texture"),
-    Stream("gatefield.ransac"),         Stream("gatefield.encoder_trial"),
-    Stream("gatefield.decoder_trial"),  Stream("gatefield.decoder_comparison"),
-    Stream("gatefield.hil.gyro"),       Stream("gatefield.hil.accelerometer"),
-    Stream("gatefield.hil.satellites"), Stream("gatefield.hil.magnetometer_and_barometer"),
-    Stream("gatefield.rollouts "),      Stream(""),
+    Stream("gatefield.perturbation"),
+    Stream("gatefield.sensor_noise"),
+    Stream("gatefield.state_noise"),
+    Stream("gatefield.link"),
+    Stream("gatefield.rollouts"),
+    Stream("gatefield.texture"),
+    Stream("gatefield.ransac"),
+    Stream("gatefield.encoder_trial"),
+    Stream("gatefield.decoder_trial"),
+    Stream("gatefield.decoder_comparison"),
+    Stream("gatefield.hil.accelerometer"),
+    Stream("gatefield.hil.gyro"),
+    Stream("gatefield.hil.magnetometer_and_barometer"),
+    Stream("gatefield.hil.satellites"),
+    Stream("gatefield.rollouts "),
+    Stream(""),
     Stream("gatefield.perturbation1"),
 };
 

@@ -45,7 +45,7 @@ TEST(MavlinkConfig, EveryFieldOutOfRangeIsNamed) {
          c->radio.arm = 5;
        }},
       {"thrust.hover_throttle", [](auto* c) { c->thrust.hover_throttle = 2; }},
-      {"vehicle.mass_kg", [](auto* c) { c->quadrotor.mass_kg = -1; }},
+      {"quadrotor.mass_kg", [](auto* c) { c->quadrotor.mass_kg = -1; }},
   };
   for (const auto& [field, bend] : bends) {
     MavlinkConfig config;
