@@ -27,7 +27,8 @@ class PlanPlayer {
   void take(const protocol::ThrustRateCommand& command) noexcept;
 
   /// What the plan that covers `now` says. Rotor thrusts: its thrust rate then, its thrusts and body rates `period`
-  /// later. Body rates: its collective thrust and body rates then, and nothing of the rotors. Empty when none covers it.
+  /// later. Body rates: its collective thrust and body rates then, and nothing of the rotors. Empty when none covers
+  /// it.
   /// @pre period >= 0
   std::optional<Setpoint> at(Stamp now, Stamp period) const noexcept;
 

@@ -47,8 +47,8 @@ class Looking {
  private:
   void look_at(const DepthSample& frame, const Targets& targets);
   void begin_line(Stamp capture);
-  /// Whether a frame has no pose only because it is one of the session's first: captured shortly before the first state,
-  /// or sent before it. Every client begins so, and nothing is wrong.
+  /// Whether a frame has no pose only because it is one of the session's first: captured shortly before the first
+  /// state, or sent before it. Every client begins so, and nothing is wrong.
   /// @param off  StateHistory::pose_at()'s
   bool begins_before_states(StateHistory::Found found, std::chrono::nanoseconds off) const noexcept;
   bool lockstep() const noexcept { return request_->timing == protocol::Timing::kLockstep; }

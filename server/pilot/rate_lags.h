@@ -19,7 +19,8 @@ class RateLags {
   static constexpr int kCandidates = 9;
   static constexpr double kSpan = 3.0;  ///< the outermost candidates are told * kSpan and told / kSpan
   static constexpr Stamp kMemory = std::chrono::seconds(2);
-  /// Nothing is said before as much was seen, and as long as the command's own mean square change is below kLeastMotion.
+  /// Nothing is said before as much was seen, and as long as the command's own mean square change is below
+  /// kLeastMotion.
   static constexpr Stamp kWarmUp = std::chrono::milliseconds(1500);
   static constexpr double kLeastMotion_rad_s = 0.3;
   /// A loop that overshoots a little follows what changes slowly more closely than the time in which 63 % of its step

@@ -42,7 +42,7 @@ class TimeLine {
   }
 
   /// @param received  receiver's clock
-  /// @param free      lockstep: stamps don't follow the receiver's clock and may be kMaxFreeJump later than the last one
+  /// @param free      lockstep: stamps don't follow the receiver's clock and may be kMaxFreeJump after the last one
   Verdict judge(std::uint64_t sequence, Stamp stamp, Stamp received, bool free) noexcept;
 
   bool begun() const noexcept { return state_.begun; }

@@ -26,8 +26,8 @@ struct Profile {
   std::array<double, 4> noise_sigma_n_s{3, 3, 3, 9};  ///< collective, roll, pitch, yaw in mixer space
   double noise_correlation = 0.0;  ///< between neighbouring steps; 0: white. The spread of each step stays the same
 
-  // Vehicles that are asked for collective thrust and body rates (Actuation::Kind::kBodyRates). Thrusts are parts of the
-  // hover's or of the total, so that a profile fits vehicles of any mass.
+  // Vehicles that are asked for collective thrust and body rates (Actuation::Kind::kBodyRates). Thrusts are parts of
+  // the hover's or of the total, so that a profile fits vehicles of any mass.
   bool rates_by_changes = false;         ///< samples changes per second instead of what is asked for
   double rates_correlation = 0.85;       ///< of what is asked for between neighbouring steps; changes are white
   double rates_thrust_sigma = 0.3;       ///< spread of what is asked for, hover thrusts
@@ -80,9 +80,9 @@ struct Profile {
   double speed_limit_m_s = 8.0;
   double body_rate_weight = 1.0;       ///< (|w| - limit)^2
   double body_rate_limit_rad_s = 9.0;  ///< a vehicle's own limit about an axis holds as well, where it is lower
-  /// Per metre outside of altitude_min_m to altitude_max_m. Both count from height_reference_m() of the course: from the
-  /// floor where the course tells it, else from 1.5 m below its lowest gate. With a weight, a course with a gate that
-  /// can't be passed between them is refused (check_heights()).
+  /// Per metre outside of altitude_min_m to altitude_max_m. Both count from height_reference_m() of the course: from
+  /// the floor where the course tells it, else from 1.5 m below its lowest gate. With a weight, a course with a gate
+  /// that can't be passed between them is refused (check_heights()).
   double altitude_weight = 20.0;
   double altitude_min_m = 0.4;
   double altitude_max_m = 120.0;  ///< what most rules allow above ground

@@ -28,7 +28,7 @@ while read -r page; do
   done < <(grep -oE '\]\([^)#: ]+' "$page" | sed 's/^](//' || true)
 done < <(find README.md CONTRIBUTING.md CHANGELOG.md docs -name '*.md' | sort)
 
-wide=$(grep -rnE '^ *//.{119,}' --include='*.h' --include='*.cpp' common server client tests | grep -E ':[0-9]+:.{121,}' || true)
+wide=$(grep -rnE '^ *//+<? [^ ]' --include='*.h' --include='*.cpp' common server client tests | grep -E ':[0-9]+:.{121,}' || true)
 if [[ -n "$wide" ]]; then
   printf 'Comments of more than 120 characters:\n%s\n' "$wide"
   failed=1

@@ -33,8 +33,8 @@ class StickCurve {
   /// @param deadband_us  the axis' dead band, 0 to kTravel / 2
   StickCurve(msp::RcTuning::RatesType type, const msp::RcTuning::Axis& axis, int deadband_us) noexcept;
 
-  /// Microseconds from the middle that ask for this rate, -kTravel to kTravel: the nearest that can be asked for. A rate
-  /// that is not finite gives 0.
+  /// Microseconds from the middle that ask for this rate, -kTravel to kTravel: the nearest that can be asked for. A
+  /// rate that is not finite gives 0.
   int deflection_us(double rate_rad_s) const noexcept;
   /// The rate that the firmware makes of it, |deflection| <= kTravel.
   double rate_rad_s(int deflection_us) const noexcept;

@@ -24,8 +24,8 @@ class ThrottleCurve {
 
   ThrottleCurve(const msp::RcTuning& tuning, const msp::RxConfig& config) noexcept;
 
-  /// The pulse for this throttle: the nearest that can be asked for, and never below min_check, where the firmware takes
-  /// the stick for pulled down. What is not finite gives the lowest.
+  /// The pulse for this throttle: the nearest that can be asked for, and never below min_check, where the firmware
+  /// takes the stick for pulled down. What is not finite gives the lowest.
   int pulse_us(double throttle) const noexcept;
   /// The throttle that the firmware makes of it; kLowest_us <= pulse <= kHighest_us.
   double throttle(int pulse_us) const noexcept;

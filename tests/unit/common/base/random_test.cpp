@@ -43,7 +43,7 @@ TEST(Random, UniformFillsItsRangeEvenly) {
     ++bins[static_cast<std::size_t>((value + 2.0) * 2.0)];
   }
   // Five sigma of a binomial with p = 0.1.
-  for (const int count : bins) EXPECT_NEAR(count, kDraws / 10, 475);
+  for (const int count : bins) EXPECT_NEAR(count, 0.1 * kDraws, 475);
 }
 
 TEST(Random, BelowReachesEveryValueAndNoOther) {

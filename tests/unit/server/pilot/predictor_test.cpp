@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 
 std::vector<ThrustRates> plan_of(std::initializer_list<double> rates) {
   std::vector<ThrustRates> plan;
-  for (const double rate : rates) plan.push_back(ThrustRates::Constant(rate));
+  for (const double rate : rates) plan.emplace_back(ThrustRates::Constant(rate));
   return plan;
 }
 
