@@ -119,12 +119,13 @@ FirmwareInLoop::~FirmwareInLoop() {
 /// reversed, and pushes the body the other way, about +z; its neighbours turn against it.
 Result<FirmwareInLoop::Places> FirmwareInLoop::places(const QuadrotorModel& model, bool yaw_reversed) {
   constexpr std::array kSpin{1, -1, -1, 1};
+  constexpr double kLeastSlant = 0.3;  // of the shorter side against the longer: a stretched X, but no plus
   Places places{};
   std::array<int, kRotors> rotors_at{};
   for (std::size_t rotor = 0; rotor < places.size(); ++rotor) {
     const auto& arm = model.rotor_position_B_m[rotor];
     places[rotor] = (arm.y() > 0 ? 2u : 0u) + (arm.x() > 0 ? 1u : 0u);
-    ++rotors_at[places[rotor]];
+    if (arm.cwiseAbs().minCoeff() > kLeastSlant * arm.cwiseAbs().maxCoeff()) ++rotors_at[places[rotor]];
   }
   if (std::any_of(rotors_at.begin(), rotors_at.end(), [](int count) { return count != 1; }))
     return Error::invalid("quadrotor.rotor", "of another layout", "one rotor in each corner, as the firmware's QUADX");
