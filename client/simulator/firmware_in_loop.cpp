@@ -145,6 +145,7 @@ void FirmwareInLoop::exchange(const QuadrotorState& state, const Eigen::Vector3d
   sensed.specific_force_m_s2 =
       state.q_WB.conjugate() * (acceleration_W + Eigen::Vector3d(0.0, 0.0, kGravity_m_s2)).eval();
   if (const auto motors = exchange_->exchange(sensed)) motors_ = *motors;
+  specific_force_z_m_s2_ = sensed.specific_force_m_s2.z();
   last_ = state;
 }
 
@@ -212,7 +213,7 @@ PlainVector4 FirmwareInLoop::step(const sdk::Setpoint& setpoint, const Quadrotor
   exchange(truth, (truth.v_WB - last_.v_WB) / seconds(Plant::kStep));
   if (due(now)) {
     vehicle_->want(now, Wanted::kArmed);
-    vehicle_->thrust().on_state(now, truth, std::nullopt);
+    vehicle_->thrust().on_state(now, truth, specific_force_z_m_s2_);
     vehicle_->apply(now, setpoint);
   }
   watch(now);

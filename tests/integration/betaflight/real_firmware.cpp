@@ -89,6 +89,7 @@ RealFirmware::RealFirmware(const std::filesystem::path& folder, const std::vecto
   }
   if (!process_->wait(5s)) process_->stop(0ms);
   start();
+  (void)connect();  // it serves again
 }
 
 void RealFirmware::start() {
