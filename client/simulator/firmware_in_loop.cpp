@@ -40,6 +40,12 @@ sdk::Setpoint hover_of(const QuadrotorModel& model) {
   return setpoint;
 }
 
+/// What an accelerometer without errors feels.
+Eigen::Vector3d specific_force_B(const QuadrotorState& state, const Eigen::Vector3d& acceleration_W) noexcept {
+  const Eigen::Vector3d felt_W = acceleration_W + Eigen::Vector3d(0.0, 0.0, kGravity_m_s2);
+  return state.q_WB.conjugate() * felt_W;
+}
+
 sitl::Wire wire_of(const firmware::msp::FirmwareVersion& version) {
   return version.major == 2026 ? sitl::Wire::kSince2026 : sitl::Wire::kUntil2025;
 }
@@ -142,10 +148,8 @@ void FirmwareInLoop::exchange(const QuadrotorState& state, const Eigen::Vector3d
   sitl::State sensed;
   sensed.body_rates_rad_s = state.w_WB_B;
   sensed.q_WB = state.q_WB;
-  sensed.specific_force_m_s2 =
-      state.q_WB.conjugate() * (acceleration_W + Eigen::Vector3d(0.0, 0.0, kGravity_m_s2)).eval();
+  sensed.specific_force_m_s2 = specific_force_B(state, acceleration_W);
   if (const auto motors = exchange_->exchange(sensed)) motors_ = *motors;
-  specific_force_z_m_s2_ = sensed.specific_force_m_s2.z();
   last_ = state;
 }
 
@@ -210,10 +214,11 @@ PlainVector4 FirmwareInLoop::step(const sdk::Setpoint& setpoint, const Quadrotor
     vehicle_->thrust().begin();
     last_ = truth;
   }
-  exchange(truth, (truth.v_WB - last_.v_WB) / seconds(Plant::kStep));
+  const Eigen::Vector3d acceleration_W = (truth.v_WB - last_.v_WB) / seconds(Plant::kStep);
+  exchange(truth, acceleration_W);
   if (due(now)) {
     vehicle_->want(now, Wanted::kArmed);
-    vehicle_->thrust().on_state(now, truth, specific_force_z_m_s2_);
+    vehicle_->thrust().on_state(now, truth, specific_force_B(truth, acceleration_W).z());
     vehicle_->apply(now, setpoint);
   }
   watch(now);

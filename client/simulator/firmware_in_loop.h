@@ -96,7 +96,6 @@ class FirmwareInLoop {
   bool begun_ = false, flying_ = false;
   Stamp begin_{0}, phase_since_{0}, next_command_{0};
   QuadrotorState last_;
-  double specific_force_z_m_s2_ = kGravity_m_s2;
   firmware::betaflight_sitl::Motors motors_{};
 };
 
