@@ -86,6 +86,7 @@ Failure failure_of(const simulator::Report& report) noexcept {
     case Outcome::kLostControl:
       return Failure::kLostControl;
     case Outcome::kLinkLost:
+    case Outcome::kFlightControllerLost:
     case Outcome::kInterrupted:
     case Outcome::kRunning:
       break;

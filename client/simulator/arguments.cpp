@@ -11,7 +11,11 @@ namespace {
 
 /// What the command line says of how the vehicle is driven, and how that is in truth.
 Status read_drive(const Arguments& a, config::Scenario* scenario) {
-  if (a.actuation) scenario->vehicle.actuation = config::driven_by(scenario->vehicle, *a.actuation);
+  if (a.actuation) {
+    scenario->vehicle.actuation = config::driven_by(scenario->vehicle, *a.actuation);
+  } else if (!a.flight_controller.empty()) {
+    scenario->vehicle.actuation = config::driven_by(scenario->vehicle, Actuation::Kind::kBodyRates);
+  }
   config::Mismatch& mismatch = scenario->mismatch;
   if (a.rate_loop_factor) mismatch.rate_lag_factor = *a.rate_loop_factor;
   if (a.setpoint_delay_ms) mismatch.setpoint_delay = from_seconds(1e-3 * *a.setpoint_delay_ms);
@@ -34,6 +38,7 @@ void declare(CLI::App* app, Arguments* a) {
       "  gatefield-sim --scenario circle-yaw30 --realtime                        at the speed of the real world\n"
       "  gatefield-sim --actuation body-rates --setpoint-delay-ms 20             through a flight controller's rate "
       "loop\n"
+      "  gatefield-sim --realtime --flight-controller betaflight                 through a real firmware\n"
       "  gatefield-sim --course my/course.txt --vehicle my/drone.txt             files of your own "
       "(docs/courses-and-vehicles.md)\n"
       "\nExit code\n"
@@ -111,6 +116,15 @@ void declare(CLI::App* app, Arguments* a) {
                 "Send depth as 32-bit metres (default: 16-bit counts of the camera's metres_per_count)")
       ->group("Time");
 
+  auto* controller = app->add_option("--flight-controller", a->flight_controller,
+                                     "Real time: the firmware that flies the vehicle, running on this machine or "
+                                     "another (betaflight, of its target SITL)");
+  controller->check(CLI::IsMember({"betaflight"}))->group("Firmware");
+  app->add_option("--firmware-address", a->firmware_address, "Where it serves MSP")
+      ->capture_default_str()
+      ->needs(controller)
+      ->group("Firmware");
+
   app->add_option("--csv", a->csv, "Write the run here, a line every 10 ms")->group("Output");
   app->add_option("--picture", a->picture, "Write a picture of the flight here (PNG)")->group("Output");
   app->add_option("--depth-picture", a->depth_picture, "Write a depth frame in colours here (PNG)")->group("Output");
@@ -177,6 +191,7 @@ Options race_options(const Arguments& a) {
   options.link_loss = a.loss;
   options.state_rate_hz = a.state_rate_hz;
   options.depth_in_counts = !a.depth_metres;
+  if (!a.flight_controller.empty()) options.firmware.emplace().address = a.firmware_address;
   return options;
 }
 

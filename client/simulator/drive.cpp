@@ -14,7 +14,14 @@ Result<Drive> Drive::create(const config::Scenario& scenario) {
   return Drive(mismatch.thrust_factor, Controller{RateLoop(told, *gains), std::vector<Asked>(steps + 1, hover)});
 }
 
+Drive Drive::through(FirmwareInLoop* firmware, const config::Scenario& scenario) noexcept {
+  Drive drive(scenario.mismatch.thrust_factor, std::nullopt);
+  drive.firmware_ = firmware;
+  return drive;
+}
+
 void Drive::step(const sdk::Setpoint& setpoint, Plant* plant) noexcept {
+  if (firmware_ != nullptr) return plant->step_held(thrust_factor_ * firmware_->step(setpoint, plant->state()));
   if (!controller_) return plant->step(thrust_factor_ * setpoint.thrust_rate_n_s);
   auto& [loop, on_the_way, newest] = *controller_;
   newest = (newest + 1) % on_the_way.size();
@@ -25,12 +32,12 @@ void Drive::step(const sdk::Setpoint& setpoint, Plant* plant) noexcept {
 
 QuadrotorState Drive::known(const QuadrotorState& truth) const noexcept {
   QuadrotorState state = truth;
-  if (controller_) {
-    state.thrust_n.setZero();
-    state.thrust_command_n.setZero();
-  } else {
+  if (thrust_known()) {
     state.thrust_n /= thrust_factor_;
     state.thrust_command_n /= thrust_factor_;
+  } else {
+    state.thrust_n.setZero();
+    state.thrust_command_n.setZero();
   }
   return state;
 }

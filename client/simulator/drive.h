@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "client/simulator/firmware_in_loop.h"
 #include "client/simulator/plant.h"
 #include "client/simulator/rate_loop.h"
 #include "common/base/result.h"
@@ -12,7 +13,7 @@
 namespace gatefield::simulator {
 
 /// What lies between setpoints and rotors, as it truly is: nothing, for a vehicle that takes thrust rates; for one that
-/// takes collective thrust and body rates, the way to a flight controller and its rate loop.
+/// takes collective thrust and body rates, the way to a flight controller and its rate loop, or a real firmware.
 /// Thread-safe: no.   Real-time safe: all but create().
 class Drive {
  public:
@@ -21,13 +22,16 @@ class Drive {
   /// setpoint has come all the way, it holds the vehicle: thrust for its weight, no rates.
   /// Errors: a rate loop faster than the rotors (tuned_gains()).
   static Result<Drive> create(const config::Scenario& scenario);
+  /// Through a firmware, which outlives this and is ready() before step(). The scenario's factor of thrust acts on what
+  /// its motors give.
+  static Drive through(FirmwareInLoop* firmware, const config::Scenario& scenario) noexcept;
 
   /// Advances the plant by a step under the setpoint.
   void step(const sdk::Setpoint& setpoint, Plant* plant) noexcept;
 
   /// What the vehicle knows of its true state: thrusts as its commands are reckoned; none of a flight controller's.
   QuadrotorState known(const QuadrotorState& truth) const noexcept;
-  bool thrust_known() const noexcept { return !controller_; }
+  bool thrust_known() const noexcept { return !controller_ && firmware_ == nullptr; }
 
  private:
   struct Asked {
@@ -44,6 +48,7 @@ class Drive {
 
   double thrust_factor_;
   std::optional<Controller> controller_;
+  FirmwareInLoop* firmware_ = nullptr;
 };
 
 }  // namespace gatefield::simulator

@@ -56,11 +56,13 @@ class SimulatedCamera final : public flight::DepthSource {
 };
 
 /// The plant as the loop's vehicle. It stays at the start until the first plan is there; then the race's clock starts.
+/// A firmware is armed meanwhile, and no state is told before that: plans would be for a vehicle that does not follow.
 class SimulatedVehicle final : public flight::StateSource, public flight::Actuator, public flight::Observer {
  public:
   SimulatedVehicle(const RaceParts& race, SimulatedCamera* camera) : race_(race), camera_(*camera) {}
 
   std::optional<flight::TimedState> newest(Stamp now) noexcept override {
+    if (race_.firmware != nullptr && !race_.firmware->ready()) return std::nullopt;
     if (now >= next_frame_) {
       camera_.post(now);
       next_frame_ = std::max(next_frame_ + race_.frame_period(), now);  // frames that a slip took are not made up for
@@ -75,12 +77,16 @@ class SimulatedVehicle final : public flight::StateSource, public flight::Actuat
   }
   Stamp period() const noexcept override { return Plant::kStep; }
   void apply(Stamp, const sdk::Setpoint& setpoint) noexcept override { race_.vehicle.advance(setpoint); }
-  void hold(Stamp) noexcept override {}
+  void hold(Stamp) noexcept override {
+    if (race_.firmware != nullptr) race_.firmware->stand(race_.vehicle.truth());
+  }
 
   void on_plan(const protocol::ThrustRateCommand& plan) noexcept override { race_.vehicle.note(plan.health); }
-  bool goes_on() noexcept override { return !race_.vehicle.decided(); }
+  bool goes_on() noexcept override { return !race_.vehicle.decided() && well(); }
 
  private:
+  bool well() const noexcept { return race_.firmware == nullptr || race_.firmware->well(); }
+
   const RaceParts& race_;
   SimulatedCamera& camera_;
   Stamp next_frame_{0};
@@ -99,6 +105,7 @@ void run_real_time(const RaceParts& race, Report* report) {
       flight::run_loop({&vehicle, &camera, &vehicle, &vehicle}, &race.client, options, &clock, race.stop);
   if (loop.end == flight::End::kGivenUp) race.vehicle.stop(Outcome::kLinkLost);
   if (loop.end == flight::End::kStopped) race.vehicle.stop(Outcome::kInterrupted);
+  if (race.firmware != nullptr && !race.firmware->well()) race.vehicle.stop(Outcome::kFlightControllerLost);
 
   report->control_ticks = loop.control_periods;
   report->late_ticks = loop.periods_without_plan;

@@ -45,6 +45,8 @@ const char* name(Outcome outcome) noexcept {
       return "lost_control";
     case Outcome::kLinkLost:
       return "link_lost";
+    case Outcome::kFlightControllerLost:
+      return "flight_controller_lost";
     case Outcome::kInterrupted:
       return "interrupted";
   }
@@ -197,6 +199,8 @@ std::string Referee::sentence() const {
       return "lost control" + done;
     case Outcome::kLinkLost:
       return "lost the server" + done;
+    case Outcome::kFlightControllerLost:
+      return "lost the flight controller" + done;
     case Outcome::kInterrupted:
       return "interrupted" + done;
   }

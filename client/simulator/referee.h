@@ -23,10 +23,11 @@ enum class Outcome {
   kWrongDirection,  ///< flew through the expected gate from behind
   kOutOfBounds,     ///< left the flight volume
   kTimeLimit,
-  kStalled,      ///< did not get on: stood still, or passed no gate for a long time
-  kLostControl,  ///< numbers ran away: the state is no longer finite
-  kLinkLost,     ///< no server answered any more (told by the simulation)
-  kInterrupted,  ///< a person ended it (told by the simulation)
+  kStalled,               ///< did not get on: stood still, or passed no gate for a long time
+  kLostControl,           ///< numbers ran away: the state is no longer finite
+  kLinkLost,              ///< no server answered any more (told by the simulation)
+  kFlightControllerLost,  ///< the firmware in the loop hung or disarmed (told by the simulation)
+  kInterrupted,           ///< a person ended it (told by the simulation)
 };
 
 /// One word per outcome, for tables: "finished", "touched_gate", ...
@@ -77,7 +78,7 @@ class Referee {
   void update(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& v_WB,
               const std::optional<Contact>& contact);
 
-  /// Ends the race from outside (kLinkLost, kInterrupted); no effect when it is decided already.
+  /// Ends the race from outside (kLinkLost, kFlightControllerLost, kInterrupted); no effect when it is decided already.
   void stop(Outcome outcome, Stamp time) noexcept;
 
   Outcome outcome() const noexcept { return outcome_; }

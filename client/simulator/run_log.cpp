@@ -43,6 +43,7 @@ std::string summarize(const Report& report) {
   for (const HeardProblem& problem : report.problems) add(&out, "Problem       {}\n", in_words(problem));
   add(&out, "Seeds         world {}, planner {}\n", report.seed, report.planner_seed);
   add(&out, "Driven by     {}\n", in_words(report.actuation, report.mismatch));
+  if (!report.firmware.empty()) add(&out, "Firmware      {}\n", report.firmware);
   add(&out, "Gates         {} of {} passed\n", report.passes.size(), report.gates_total);
   add(&out, "Lap times    ");
   for (const double lap_s : report.lap_times_s) add(&out, " {:.2f} s", lap_s);

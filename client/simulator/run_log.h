@@ -47,6 +47,7 @@ struct Report {
   std::uint64_t planner_seed = 1;  ///< that the planner was told
   Actuation actuation;             ///< how the vehicle was driven, as told
   config::Mismatch mismatch;       ///< what was otherwise in truth
+  std::string firmware;            ///< in the loop, and its version; empty: none
   Outcome outcome = Outcome::kRunning;
   std::string sentence;
   std::vector<Pass> passes;

@@ -26,6 +26,14 @@ Status validate(const Options& options) {
                  ErrorCode::kInvalid, "timing"};
   if (!(options.state_rate_hz >= 10 && options.state_rate_hz <= 1000))
     return Error::invalid("state_rate_hz", text(options.state_rate_hz) + " Hz", "10 to 1000 Hz");
+  if (!options.firmware) return {};
+  if (options.timing != Timing::kRealTime)
+    return Error{"a firmware runs by the machine's clock, expected real time with it (--realtime)", ErrorCode::kInvalid,
+                 "timing"};
+  if (auto status = validate(*options.firmware); !status) return status;
+  if (options.firmware->arm_limit >= options.give_up)
+    return Error::invalid("arm_limit", text(seconds(options.firmware->arm_limit)) + " s",
+                          "less than give_up, " + text(seconds(options.give_up)) + " s");
   return {};
 }
 
@@ -42,11 +50,17 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
                    const std::atomic<bool>& stop, const ProgressFunction& on_progress,
                    const ProblemFunction& on_problem) {
   if (auto status = validate(options); !status) return status.failure();
+  std::unique_ptr<FirmwareInLoop> firmware;
+  if (options.firmware) {
+    auto opened = FirmwareInLoop::open(*options.firmware, scenario);
+    if (!opened) return opened.failure();
+    firmware = std::move(opened).value();
+  }
   const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
   auto plant = Plant::create(world, config::true_quadrotor(scenario.vehicle.quadrotor, scenario.mismatch),
                              scenario.mismatch.wind_W_m_s);
   if (!plant) return plant.failure();
-  auto drive = Drive::create(scenario);
+  auto drive = firmware ? Result<Drive>(Drive::through(firmware.get(), scenario)) : Drive::create(scenario);
   if (!drive) return drive.failure();
 
   JudgedVehicle vehicle(scenario, world, std::move(plant).value(), std::move(drive).value());
@@ -54,7 +68,8 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   Estimator estimator(scenario.state_noise, scenario.seed);
   SnapshotKeeper snapshots(config::gates_by_waypoint(world, scenario.track.course), scenario.vehicle.camera);
   ProblemList problems(client, on_problem);
-  const RaceParts race{scenario, options, *client, stop, on_progress, vehicle, sensor, estimator, snapshots, problems};
+  const RaceParts race{scenario, options,   *client,   stop,     on_progress,   vehicle,
+                       sensor,   estimator, snapshots, problems, firmware.get()};
   Report report;
   report.timing = options.timing;
   report.control_period_s = seconds(std::max(Plant::kStep, from_seconds(client->session().control_period_s)));
@@ -63,10 +78,13 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
     run_lockstep(race, &report);
   } else {
     run_real_time(race, &report);
+    if (firmware && !firmware->ready() && !firmware->well()) return firmware->failure();
   }
   problems.listen(seconds(vehicle.race_time()));
   report.wall_s = seconds(MonotonicClock().now() - begin);
   vehicle.fill(&report);
+  if (firmware) report.firmware = firmware->name();
+  if (report.outcome == Outcome::kFlightControllerLost) report.sentence += "; " + firmware->failure().message;
   report.link = client->statistics();
   report.snapshot = snapshots.take();
   report.problems = problems.heard();

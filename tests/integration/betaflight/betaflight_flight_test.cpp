@@ -163,22 +163,6 @@ TEST_P(BoardOfOurOwn, AFirmwareThatHangsInMidFlightIsTold) {
   EXPECT_LT(flown.vehicle().newest({})->stamp - heard, 300ms);
 }
 
-/// The settings that the bridge asks for, and rates of one type.
-std::vector<std::string> settings(const std::string& type, int rc_rate, int super_rate, int expo) {
-  std::vector<std::string> lines{"aux 0 0 0 1700 2100 0 0",
-                                 "feature -RX_UDP",  // what 2026.6 comes with; others do not know it
-                                 "feature RX_MSP",          "set motor_pwm_protocol = PWM",
-                                 "set small_angle = 180",   "set runaway_takeoff_prevention = OFF",
-                                 "set failsafe_delay = 10", "set rates_type = " + type};
-  for (const char* axis : {"roll", "pitch", "yaw"}) {
-    const std::string name = axis;
-    lines.push_back("set " + name + "_rc_rate = " + std::to_string(rc_rate));
-    lines.push_back("set " + name + "_srate = " + std::to_string(super_rate));
-    lines.push_back("set " + name + "_expo = " + std::to_string(expo));
-  }
-  return lines;
-}
-
 class RealBetaflight : public testing::Test {
  protected:
   void SetUp() override {
@@ -203,7 +187,7 @@ TEST_F(RealBetaflight, FliesTheRatesThatAreAskedForWithEveryTypeOfRates) {
        {Rates{"ACTUAL", 20, 67, 30}, Rates{"BETAFLIGHT", 110, 65, 20}, Rates{"KISS", 110, 65, 20},
         Rates{"QUICK", 110, 67, 20}, Rates{"RACEFLIGHT", 40, 60, 30}}) {
     SCOPED_TRACE(type);
-    test::RealFirmware firmware(folder, settings(type, rc_rate, super_rate, expo));
+    test::RealFirmware firmware(folder, test::bridge_settings(type, rc_rate, super_rate, expo));
     Flown flown(sitl::kMspPort, ports);
     ASSERT_TRUE(flown.arm(30s)) << testing::PrintToString(flown.vehicle().complaints());
     expect_rates_flown(flown, 0.2);
@@ -213,7 +197,7 @@ TEST_F(RealBetaflight, FliesTheRatesThatAreAskedForWithEveryTypeOfRates) {
 }
 
 TEST_F(RealBetaflight, ChannelsThatStopEndInItsFailsafe) {
-  test::RealFirmware firmware(folder, settings("ACTUAL", 20, 67, 0));
+  test::RealFirmware firmware(folder, test::bridge_settings("ACTUAL", 20, 67, 0));
   Flown flown(sitl::kMspPort, ports);
   ASSERT_TRUE(flown.arm(30s)) << testing::PrintToString(flown.vehicle().complaints());
   flown.run(500ms, Wanted::kArmed, {0, 0, 0}, 14);
@@ -224,7 +208,7 @@ TEST_F(RealBetaflight, ChannelsThatStopEndInItsFailsafe) {
 }
 
 TEST_F(RealBetaflight, AProgramThatIsStoppedIsTold) {
-  test::RealFirmware firmware(folder, settings("ACTUAL", 20, 67, 0));
+  test::RealFirmware firmware(folder, test::bridge_settings("ACTUAL", 20, 67, 0));
   Flown flown(sitl::kMspPort, ports);
   ASSERT_TRUE(flown.arm(30s)) << testing::PrintToString(flown.vehicle().complaints());
   firmware.stop();

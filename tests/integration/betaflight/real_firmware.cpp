@@ -53,6 +53,21 @@ void type(firmware::Link& link, const std::string& line) {
 
 }  // namespace
 
+std::vector<std::string> bridge_settings(const std::string& type, int rc_rate, int super_rate, int expo) {
+  std::vector<std::string> lines{"aux 0 0 0 1700 2100 0 0",
+                                 "feature -RX_UDP",  // what 2026.6 comes with; others do not know it
+                                 "feature RX_MSP",          "set motor_pwm_protocol = PWM",
+                                 "set small_angle = 180",   "set runaway_takeoff_prevention = OFF",
+                                 "set failsafe_delay = 10", "set rates_type = " + type};
+  for (const char* axis : {"roll", "pitch", "yaw"}) {
+    const std::string name = axis;
+    lines.push_back("set " + name + "_rc_rate = " + std::to_string(rc_rate));
+    lines.push_back("set " + name + "_srate = " + std::to_string(super_rate));
+    lines.push_back("set " + name + "_expo = " + std::to_string(expo));
+  }
+  return lines;
+}
+
 std::string RealFirmware::program() { return variable("GATEFIELD_BETAFLIGHT_SITL"); }
 
 firmware::betaflight_sitl::Wire RealFirmware::wire() {
@@ -74,6 +89,7 @@ RealFirmware::RealFirmware(const std::filesystem::path& folder, const std::vecto
   }
   if (!process_->wait(5s)) process_->stop(0ms);
   start();
+  (void)connect();  // it serves again
 }
 
 void RealFirmware::start() {

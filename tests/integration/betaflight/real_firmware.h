@@ -11,6 +11,9 @@
 
 namespace gatefield::test {
 
+/// The settings that the bridge asks for, and rates of one type, for a command line.
+std::vector<std::string> bridge_settings(const std::string& type, int rc_rate, int super_rate, int expo);
+
 /// A real Betaflight of the target SITL, in a folder of its own, set up over its command line.
 class RealFirmware {
  public:

@@ -408,6 +408,17 @@ TEST(SimulationOptions, NonsenseIsRefused) {
   options = {};
   options.state_rate_hz = 5;
   EXPECT_THAT(validate(options).error(), HasSubstr("10 to 1000 Hz"));
+  options = {};
+  options.firmware.emplace();
+  EXPECT_EQ(validate(options).failure().field, "timing") << "a firmware in lockstep";
+  options.timing = protocol::Timing::kRealTime;
+  EXPECT_TRUE(validate(options).ok());
+  options.firmware->address = "serial:/dev/ttyACM0:115200";
+  EXPECT_THAT(validate(options).error(), HasSubstr("expected tcp:HOST:PORT"));
+  options.firmware.emplace().silence_limit = std::chrono::milliseconds(1);
+  EXPECT_EQ(validate(options).failure().field, "silence_limit");
+  options.firmware.emplace().arm_limit = std::chrono::seconds(40);
+  EXPECT_THAT(validate(options).error(), HasSubstr("less than give_up, 30 s"));
 }
 
 }  // namespace

@@ -1,0 +1,268 @@
+#include "client/simulator/firmware_in_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+#include "client/simulator/plant.h"
+#include "common/base/text.h"
+
+namespace gatefield::simulator {
+namespace {
+
+using namespace std::chrono_literals;
+namespace sitl = firmware::betaflight_sitl;
+using flight::Wanted;
+
+const MonotonicClock kClock;
+
+constexpr auto kSettle = 300ms;        // of channels with the switch off, before it is thrown
+constexpr auto kArmPatience = 1s;      // of a thrown switch; then off and on again
+constexpr auto kSpinUp = 100ms;        // from armed to motors that hover
+constexpr auto kDisarm = 300ms;        // of channels with the switch off, after the race
+constexpr auto kStatusLimit = 1500ms;  // it is asked for many times in this
+constexpr double kIdle = 0.05;  // of a motor's output, about as the firmware comes; the rest is learned in flight
+
+/// The first guess of the throttle that hovers, T = T_max o^2, o = idle + (1 - idle) throttle.
+flight::ThrustOptions thrust_options(const QuadrotorModel& model) {
+  flight::ThrustOptions thrust;
+  const double output = std::sqrt(hover_thrust_n(model)[0] / model.thrust_max_n);
+  thrust.hover_throttle = std::clamp((output - kIdle) / (1.0 - kIdle), 0.03, 0.9);
+  thrust.exponent = 2.0;
+  return thrust;
+}
+
+sdk::Setpoint hover_of(const QuadrotorModel& model) {
+  sdk::Setpoint setpoint;
+  setpoint.collective_thrust_n = model.mass_kg * kGravity_m_s2;
+  return setpoint;
+}
+
+/// What an accelerometer without errors feels.
+Eigen::Vector3d specific_force_B(const QuadrotorState& state, const Eigen::Vector3d& acceleration_W) noexcept {
+  const Eigen::Vector3d felt_W = acceleration_W + Eigen::Vector3d(0.0, 0.0, kGravity_m_s2);
+  return state.q_WB.conjugate() * felt_W;
+}
+
+sitl::Wire wire_of(const firmware::msp::FirmwareVersion& version) {
+  return version.major == 2026 ? sitl::Wire::kSince2026 : sitl::Wire::kUntil2025;
+}
+
+Status check(const config::Scenario& scenario) {
+  if (scenario.vehicle.actuation.kind != Actuation::Kind::kBodyRates)
+    return Error::invalid("actuation", "rotor thrusts", "body rates: that is what a flight controller takes");
+  const config::Mismatch& mismatch = scenario.mismatch;
+  if (mismatch.rate_lag_factor != 1.0 || mismatch.setpoint_delay != Stamp{0})
+    return Error(
+        "mismatch: a rate loop's factor and a setpoint's delay are of the simulator's own rate loop, expected "
+        "none of them with a firmware in the loop",
+        ErrorCode::kInvalid, "mismatch");
+  return {};
+}
+
+}  // namespace
+
+Status validate(const FirmwareOptions& options) {
+  const auto address = firmware::parse_address(options.address);
+  if (!address) return address.failure().within("firmware address: ");
+  if (address->kind != firmware::Address::Kind::kTcp)
+    return Error::invalid("address", "'" + options.address + "'", "tcp:HOST:PORT, where the firmware serves MSP");
+  for (const auto& [field, value, least, most] :
+       {std::tuple("arm_limit", options.arm_limit, Stamp(1s), Stamp(60s)),
+        std::tuple("silence_limit", options.silence_limit, Stamp(20ms), Stamp(5s))})
+    if (value < least || value > most)
+      return Error::invalid(field, text(seconds(value)) + " s",
+                            text(seconds(least)) + " to " + text(seconds(most)) + " s");
+  return {};
+}
+
+Result<std::unique_ptr<FirmwareInLoop>> FirmwareInLoop::open(const FirmwareOptions& options,
+                                                             const config::Scenario& scenario) {
+  if (auto status = validate(options); !status) return status.failure();
+  if (auto status = check(scenario); !status) return status.failure();
+  const QuadrotorModel& told = scenario.vehicle.quadrotor;
+  bridge::betaflight::Options bridge;
+  bridge.link = *firmware::parse_address(options.address);
+  bridge.thrust = thrust_options(told);
+  auto vehicle = bridge::betaflight::open(bridge, told, kClock);
+  if (!vehicle) return vehicle.failure();
+  const auto& settings = vehicle.value()->settings();
+  const auto found = places(told, settings.mixer.yaw_reversed);
+  if (!found) return found.failure();
+  auto exchange =
+      Exchange::open({bridge.link.place, options.state_port, options.motors_port, wire_of(settings.version)}, kClock);
+  if (!exchange) return exchange.failure();
+  return std::unique_ptr<FirmwareInLoop>(
+      new FirmwareInLoop(options, told, *found, std::move(vehicle).value(), std::move(exchange).value()));
+}
+
+FirmwareInLoop::FirmwareInLoop(const FirmwareOptions& options, const QuadrotorModel& model, const Places& places,
+                               std::unique_ptr<Vehicle> vehicle, std::unique_ptr<Exchange> exchange)
+    : options_(options),
+      model_(model),
+      places_(places),
+      vehicle_(std::move(vehicle)),
+      exchange_(std::move(exchange)),
+      name_(vehicle_->description().front()),
+      hover_(hover_of(model)) {}
+
+FirmwareInLoop::~FirmwareInLoop() {
+  if (phase_ == Phase::kStanding) return;
+  const Stamp end = kClock.now() + kDisarm;
+  for (Stamp now = kClock.now(); now < end; now = kClock.now()) {
+    exchange(last_, Eigen::Vector3d::Zero());
+    if (due(now)) {
+      vehicle_->want(now, Wanted::kDisarmed);
+      vehicle_->hold(now);
+    }
+    std::this_thread::sleep_for(Plant::kStep);
+  }
+}
+
+/// Motors lie rear right, front right, rear left, front left. Seen from above the rear right one turns clockwise unless
+/// reversed, and pushes the body the other way, about +z; its neighbours turn against it.
+Result<FirmwareInLoop::Places> FirmwareInLoop::places(const QuadrotorModel& model, bool yaw_reversed) {
+  constexpr std::array kSpin{1, -1, -1, 1};
+  constexpr double kLeastSlant = 0.3;  // of the shorter side against the longer: a stretched X, but no plus
+  Places places{};
+  std::array<int, kRotors> rotors_at{};
+  for (std::size_t rotor = 0; rotor < places.size(); ++rotor) {
+    const auto& arm = model.rotor_position_B_m[rotor];
+    places[rotor] = (arm.y() > 0 ? 2u : 0u) + (arm.x() > 0 ? 1u : 0u);
+    if (arm.cwiseAbs().minCoeff() > kLeastSlant * arm.cwiseAbs().maxCoeff()) ++rotors_at[places[rotor]];
+  }
+  if (std::any_of(rotors_at.begin(), rotors_at.end(), [](int count) { return count != 1; }))
+    return Error::invalid("quadrotor.rotor", "of another layout", "one rotor in each corner, as the firmware's QUADX");
+  for (std::size_t rotor = 0; rotor < places.size(); ++rotor)
+    if (model.rotor_spin[rotor] != (yaw_reversed ? -1 : 1) * kSpin[places[rotor]])
+      return Error("the firmware's yaw_motors_reversed is " + std::string(yaw_reversed ? "ON" : "OFF") +
+                       ", but the vehicle's rotors turn the other way; set yaw_motors_reversed = " +
+                       (yaw_reversed ? "OFF" : "ON") + " in its command line, or turn torque_sign in the vehicle file",
+                   ErrorCode::kInvalid, "yaw_motors_reversed");
+  return places;
+}
+
+void FirmwareInLoop::exchange(const QuadrotorState& state, const Eigen::Vector3d& acceleration_W) noexcept {
+  sitl::State sensed;
+  sensed.body_rates_rad_s = state.w_WB_B;
+  sensed.q_WB = state.q_WB;
+  sensed.specific_force_m_s2 = specific_force_B(state, acceleration_W);
+  if (const auto motors = exchange_->exchange(sensed)) motors_ = *motors;
+  last_ = state;
+}
+
+bool FirmwareInLoop::due(Stamp now) noexcept {
+  if (now < next_command_) return false;
+  next_command_ = std::max(next_command_ + vehicle_->period(), now);  // who was late owes nothing
+  return true;
+}
+
+void FirmwareInLoop::stand(const QuadrotorState& held) noexcept {
+  const Stamp now = kClock.now();
+  if (!std::exchange(begun_, true)) begin_ = phase_since_ = next_command_ = now;
+  QuadrotorState still = held;
+  still.w_WB_B.setZero();
+  exchange(still, Eigen::Vector3d::Zero());
+  if (due(now)) arm(now);
+  if (ready()) {
+    watch(now);
+  } else if (now - begin_ > options_.arm_limit) {
+    trouble_ = Trouble::kNotArmed;
+  }
+}
+
+void FirmwareInLoop::arm(Stamp now) noexcept {
+  const auto status = vehicle_->newest(now);
+  const bool armed = status && status->armed;
+  const Stamp spent = now - phase_since_;
+  switch (phase_) {
+    case Phase::kStanding:
+      if (spent > kSettle && exchange_->received() > 0 && !armed && vehicle_->complaints().empty())
+        enter(Phase::kArming, now);
+      break;
+    case Phase::kArming:
+      if (armed) {
+        enter(Phase::kSpinningUp, now);
+      } else if (spent > kArmPatience) {
+        enter(Phase::kStanding, now);
+      }
+      break;
+    case Phase::kSpinningUp:
+      if (spent > kSpinUp) enter(Phase::kReady, now);
+      break;
+    case Phase::kReady:
+      break;
+  }
+  vehicle_->want(now, phase_ == Phase::kStanding ? Wanted::kDisarmed : Wanted::kArmed);
+  if (phase_ >= Phase::kSpinningUp) {
+    vehicle_->apply(now, hover_);
+  } else {
+    vehicle_->hold(now);
+  }
+}
+
+void FirmwareInLoop::enter(Phase phase, Stamp now) noexcept {
+  phase_ = phase;
+  phase_since_ = now;
+}
+
+PlainVector4 FirmwareInLoop::step(const sdk::Setpoint& setpoint, const QuadrotorState& truth) noexcept {
+  const Stamp now = kClock.now();
+  if (!std::exchange(flying_, true)) {
+    vehicle_->thrust().begin();
+    last_ = truth;
+  }
+  const Eigen::Vector3d acceleration_W = (truth.v_WB - last_.v_WB) / seconds(Plant::kStep);
+  exchange(truth, acceleration_W);
+  if (due(now)) {
+    vehicle_->want(now, Wanted::kArmed);
+    vehicle_->thrust().on_state(now, truth, specific_force_B(truth, acceleration_W).z());
+    vehicle_->apply(now, setpoint);
+  }
+  watch(now);
+  PlainVector4 thrust_n;
+  for (std::size_t rotor = 0; rotor < places_.size(); ++rotor) {
+    const double output = motors_[places_[rotor]];
+    thrust_n[static_cast<Eigen::Index>(rotor)] = model_.thrust_max_n * output * output;
+  }
+  return thrust_n;
+}
+
+void FirmwareInLoop::watch(Stamp now) noexcept {
+  if (!well()) return;
+  const auto status = vehicle_->newest(now);
+  if (exchange_->silent_for() > options_.silence_limit) {
+    trouble_ = Trouble::kSilent;
+  } else if (!status || now - status->stamp > kStatusLimit) {
+    trouble_ = Trouble::kNoStatus;
+  } else if (!status->armed) {
+    trouble_ = Trouble::kDisarmed;
+  }
+}
+
+Error FirmwareInLoop::failure() const {
+  const auto told = [this](const std::string& what) {
+    std::string sentence = name_ + ": " + what;
+    for (const std::string& complaint : vehicle_->complaints()) sentence += "; " + complaint;
+    return Error(sentence, ErrorCode::kNotAnswering, "flight_controller");
+  };
+  switch (trouble_) {
+    case Trouble::kNone:
+      break;
+    case Trouble::kNotArmed:
+      if (exchange_->received() == 0) return exchange_->silence();
+      return told("it did not arm within " + text(seconds(options_.arm_limit)) + " s");
+    case Trouble::kSilent:
+      return exchange_->silence();
+    case Trouble::kNoStatus:
+      return told("it tells no status any more");
+    case Trouble::kDisarmed:
+      return told(
+          "it disarmed in mid-race; look at its failsafe, and at runaway_takeoff_prevention (OFF in a simulator)");
+  }
+  return told("nothing is wrong");
+}
+
+}  // namespace gatefield::simulator
