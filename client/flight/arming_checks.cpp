@@ -54,7 +54,7 @@ Checks failing(const Observation& observation, const CheckMemory& memory, const 
   need(Check::kServerAnswers, observation.plan_valid && observation.round_trip);
   need(Check::kRoundTrip, !observation.round_trip || *observation.round_trip <= options.round_trip_max);
   need(Check::kFieldSeen, observation.field_seen || !options.needs_field);
-  need(Check::kServerContent, (observation.problems & kKeepsOnTheGround) == 0);
+  need(Check::kServerContent, (observation.problems & keeps_on_the_ground(options)) == 0);
   need(Check::kFlightWanted, !(observation.race_over || observation.stop_asked));
   return failed;
 }
@@ -120,7 +120,7 @@ Error explain(Check check, const Observation& observation, const SupervisorOptio
       return error("no", "the first gate in view of the camera, or needs_field: false where it can't be from here");
     case Check::kServerContent: {
       std::string found;
-      for (const protocol::Problem problem : protocol::list(observation.problems & kKeepsOnTheGround))
+      for (const protocol::Problem problem : protocol::list(observation.problems & keeps_on_the_ground(options)))
         found += (found.empty() ? "" : "; ") + std::string(protocol::sentence(problem));
       return error(found, "a server that finds nothing of this kind wrong");
     }

@@ -54,6 +54,10 @@ inline constexpr protocol::Problems kKeepsOnTheGround =
     protocol::bit(protocol::Problem::kDepthMissing) | protocol::bit(protocol::Problem::kStatesMissing) |
     protocol::bit(protocol::Problem::kStatesRejected) | protocol::bit(protocol::Problem::kFramesRejected) |
     protocol::bit(protocol::Problem::kDelayLong);
+/// The same for these options: who has no camera misses no depth.
+constexpr protocol::Problems keeps_on_the_ground(const SupervisorOptions& options) noexcept {
+  return options.needs_depth ? kKeepsOnTheGround : kKeepsOnTheGround & ~protocol::bit(protocol::Problem::kDepthMissing);
+}
 
 /// What the supervisor remembers that checks need.
 struct CheckMemory {

@@ -77,7 +77,10 @@ class Loop {
     const Stamp phase_since = ports_.supervision->directive().since;
     const auto setpoint = ports_.supervision->step(now, observation_, plan);
     const Directive& directive = ports_.supervision->directive();
-    if (directive.since != phase_since && ports_.observer != nullptr) ports_.observer->on_phase(directive);
+    if (ports_.observer != nullptr) {
+      if (directive.since != phase_since) ports_.observer->on_phase(directive);
+      ports_.observer->on_supervised(directive, observation_);
+    }
     if (directive.phase == Phase::kKilled) wants_end(End::kKilled);
     ports_.controller->want(now, wanted(directive.phase));
     if (setpoint) {

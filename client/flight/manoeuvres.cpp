@@ -21,10 +21,11 @@ sdk::Setpoint mixed(double share, const sdk::Setpoint& plan, const sdk::Setpoint
 
 }  // namespace
 
-Manoeuvres::Manoeuvres(const QuadrotorModel& model, const Course& course, const SupervisorOptions& options)
+Manoeuvres::Manoeuvres(const QuadrotorModel& model, const Actuation& actuation, const Course& course,
+                       const SupervisorOptions& options)
     : options_(options),
       mass_kg_(model.mass_kg),
-      law_(model),
+      law_(model, actuation),
       clear_(course, model.collision_radius_m + options.gate_margin_m) {}
 
 std::optional<sdk::Setpoint> Manoeuvres::setpoint(const Directive& directive, Stamp now,

@@ -38,8 +38,10 @@ class Manoeuvres {
   static constexpr double kMaxLift_m_s2 = 3.5;
   static constexpr double kMaxReturn_m_s = 1.0;  ///< back to where holding began
 
-  /// @pre validate(model), validate(course), validate(options)
-  Manoeuvres(const QuadrotorModel& model, const Course& course, const SupervisorOptions& options);
+  /// @pre validate(model), validate(actuation), validate(course), validate(options)
+  /// @param actuation  of the session: how the law drives the vehicle
+  Manoeuvres(const QuadrotorModel& model, const Actuation& actuation, const Course& course,
+             const SupervisorOptions& options);
 
   /// What to do from `now` on; empty: nothing (Actuator::hold()).
   /// @param state       the newest that can be flown by; empty where the phase needs one: nothing

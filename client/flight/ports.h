@@ -14,7 +14,8 @@
 /// hardware in the loop. All stamps are of the loop's clock.
 namespace gatefield::flight {
 
-struct Directive;  // supervisor.h
+struct Directive;    // supervisor.h
+struct Observation;  // arming_checks.h
 
 struct TimedState {
   Stamp stamp{0};  ///< when the state held
@@ -133,6 +134,8 @@ class Observer {
   virtual bool goes_on() noexcept = 0;
   /// A supervised vehicle has entered another phase.
   virtual void on_phase(const Directive&) noexcept {}
+  /// Each step of a supervised vehicle, after on_phase(): what the supervisor says, and what it was told.
+  virtual void on_supervised(const Directive&, const Observation&) noexcept {}
 };
 
 }  // namespace gatefield::flight

@@ -13,11 +13,12 @@ namespace gatefield::flight {
 /// Thread-safe: no.   Real-time safe: step() yes.
 class Supervision {
  public:
-  /// @pre validate(options), validate(model), validate(course)
+  /// @pre validate(options), validate(model), validate(actuation), validate(course)
+  /// @param actuation  of the session
   /// @param thrust  what the actuator turns thrust into throttle with; learns here. Null: nothing learns.
-  Supervision(const SupervisorOptions& options, const QuadrotorModel& model, const Course& course,
-              ThrustEstimate* thrust = nullptr)
-      : supervisor_(options), manoeuvres_(model, course, options), thrust_(thrust) {}
+  Supervision(const SupervisorOptions& options, const QuadrotorModel& model, const Actuation& actuation,
+              const Course& course, ThrustEstimate* thrust = nullptr)
+      : supervisor_(options), manoeuvres_(model, actuation, course, options), thrust_(thrust) {}
 
   /// @param plan  what the plan says for `now`, where observation.plan_valid
   /// @return what to apply; empty: nothing, the vehicle is held

@@ -29,8 +29,9 @@ enum class ArmBy {
 struct SupervisorOptions {
   ArmBy arm_by = ArmBy::kSwitch;
   // What must be there before arming, unless told otherwise.
-  bool needs_pilot = true;              ///< a person's radio is heard; it is watched in flight, too
-  bool needs_field = true;              ///< the server has seen the first gate
+  bool needs_pilot = true;  ///< a person's radio is heard; it is watched in flight, too
+  bool needs_field = true;  ///< the server has seen the first gate
+  bool needs_depth = true;  ///< depth frames reach the server; false: no camera, gates as the course has them
   bool needs_firmware_failsafe = true;  ///< the firmware's failsafe was read back and is good
 
   StateCheckOptions state;

@@ -102,6 +102,23 @@ TEST(ArmingChecks, CanBeToldOtherwise) {
   EXPECT_EQ(flight.phase(), Phase::kReady);
 }
 
+TEST(ArmingChecks, WithoutACameraDepthAloneMayBeMissing) {
+  SupervisorOptions options = SupervisedFlight::usual();
+  for (const bool needs_depth : {true, false}) {
+    options.needs_depth = needs_depth;
+    SupervisedFlight flight(options);
+    flight.all_is_well();
+    flight.observation().problems = protocol::bit(protocol::Problem::kDepthMissing);
+    flight.pass(2s);
+    EXPECT_EQ(flight.phase(), needs_depth ? Phase::kDisarmed : Phase::kReady);
+    flight.observation().problems |= protocol::bit(protocol::Problem::kStatesMissing);
+    flight.pass(1s);
+    EXPECT_EQ(flight.phase(), Phase::kDisarmed);
+    if (!needs_depth)
+      EXPECT_EQ(explain(Check::kServerContent, flight.observation(), options).message.find("depth"), std::string::npos);
+  }
+}
+
 TEST(ArmingChecks, AFirmwareFailsafeThatIsBadIsNeverGoodEnough) {
   SupervisorOptions options = SupervisedFlight::usual();
   options.needs_firmware_failsafe = false;

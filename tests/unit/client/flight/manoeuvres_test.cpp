@@ -28,7 +28,7 @@ Course far_away() { return gate_at({0, 0, 500}); }
 /// A vehicle that is in one phase, whatever comes.
 class Flown {
  public:
-  explicit Flown(const Course& course = far_away()) : manoeuvres_({}, course, options) {}
+  explicit Flown(const Course& course = far_away()) : manoeuvres_({}, RateVehicle::actuation(), course, options) {}
 
   SupervisorOptions options;
   RateVehicle vehicle;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/vehicle/actuation.h"
 #include "common/vehicle/quadrotor.h"
 #include "gatefield/sdk/client.h"
 
@@ -18,6 +19,14 @@ struct RateVehicle {
   double thrust_n = 0.0;
   double hardest_touch_m_s = 0.0;  ///< sinking, when it met the ground
 
+  /// Its lags, as a session tells them.
+  static Actuation actuation() {
+    Actuation actuation;
+    actuation.kind = Actuation::Kind::kBodyRates;
+    actuation.thrust_time_constant_s = RateVehicle().thrust_lag_s;
+    actuation.rate_time_constant_s.setConstant(RateVehicle().rate_lag_s);
+    return actuation;
+  }
   bool on_ground() const { return state.p_WB.z() <= 1e-9; }
   double tilt_rad() const { return std::acos(std::clamp(state.q_WB.toRotationMatrix()(2, 2), -1.0, 1.0)); }
   void hover_at(const Eigen::Vector3d& p_W) {

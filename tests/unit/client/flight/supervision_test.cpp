@@ -168,7 +168,7 @@ class SupervisedLoop : public testing::Test {
   ThrustOptions thrust_options;
   ThrustEstimate thrust{thrust_options, model};
   SupervisorOptions options;
-  Supervision supervision{options, model, course(), &thrust};
+  Supervision supervision{options, model, RateVehicle::actuation(), course(), &thrust};
   FakeClock clock;
   FakeClient client{clock, model};
   FakeVehicle vehicle{&thrust};

@@ -1,0 +1,236 @@
+#include "client/bridge/config/config.h"
+
+#include <chrono>
+#include <utility>
+
+#include "client/bridge/config/bridge.pb.h"
+#include "client/bridge/config/fields.h"
+#include "client/firmware/link/link.h"
+#include "common/base/text.h"
+#include "common/config/course.h"
+#include "common/config/locate.h"
+#include "common/config/text_file.h"
+#include "common/config/vehicle.h"
+#include "common/protocol/validate.h"
+
+namespace gatefield::bridge {
+namespace {
+
+Eigen::Vector3d vector(const Point& point) { return {point.x(), point.y(), point.z()}; }
+
+/// One of the file's sections failed.
+Status in(const std::string& section, const Status& status) {
+  return status ? Status() : Status(status.failure().within(section + ".", section + "."));
+}
+
+Status take(const SessionSpec& spec, BridgeConfig* config) {
+  sdk::Options& session = config->session;
+  Stamp timeout = session.connect_timeout;
+  if (Status status = take_fields(spec, {{"domain", &session.domain},
+                                         {"name", &session.vehicle},
+                                         {"server", &session.server},
+                                         {"profile", &session.profile},
+                                         {"speed_limit_m_s", &session.speed_limit_m_s},
+                                         {"connect_timeout", &timeout},
+                                         {"state_rate_hz", &config->loop.state_rate_hz}});
+      !status)
+    return status;
+  constexpr std::uint32_t kLastDomain = 232;
+  if (session.domain > kLastDomain) return Error::invalid("domain", text(session.domain), "0 to " + text(kLastDomain));
+  if (Status status = protocol::validate_name("name", session.vehicle); !status) return status;
+  if (spec.has_speed_limit_m_s() && !(session.speed_limit_m_s >= 0.5 && session.speed_limit_m_s <= 50))
+    return Error::invalid("speed_limit_m_s", text(session.speed_limit_m_s) + " m/s", "0.5 to 50 m/s");
+  if (!(seconds(timeout) >= 0.1 && seconds(timeout) <= 600))
+    return Error::invalid("connect_timeout", text(seconds(timeout)) + " s", "0.1 to 600 s");
+  session.connect_timeout = std::chrono::duration_cast<std::chrono::milliseconds>(timeout);
+  return flight::validate(config->loop);
+}
+
+Status take(const SafetySpec& spec, flight::SupervisorOptions* options) {
+  if (spec.arm_by() == SafetySpec::ITSELF) options->arm_by = flight::ArmBy::kItself;
+  if (Status status = take_fields(spec, {{"needs_pilot", &options->needs_pilot},
+                                         {"needs_field", &options->needs_field},
+                                         {"needs_depth", &options->needs_depth},
+                                         {"needs_firmware_failsafe", &options->needs_firmware_failsafe},
+                                         {"state_settles", &options->state_settles},
+                                         {"state_doubted", &options->state_doubted},
+                                         {"round_trip_max", &options->round_trip_max},
+                                         {"controller_silent", &options->controller_silent},
+                                         {"pilot_silent", &options->pilot_silent},
+                                         {"fence_ahead", &options->fence_ahead},
+                                         {"battery_arm_v", &options->battery_arm_v},
+                                         {"battery_land_v", &options->battery_land_v},
+                                         {"battery_low", &options->battery_low},
+                                         {"take_off_height_m", &options->take_off_height_m},
+                                         {"take_off_speed_m_s", &options->take_off_speed_m_s},
+                                         {"take_off_limit", &options->take_off_limit},
+                                         {"outage_short", &options->outage_short},
+                                         {"plan_settles", &options->plan_settles},
+                                         {"hand_over", &options->hand_over},
+                                         {"stopped_m_s", &options->stopped_m_s},
+                                         {"brake_limit", &options->brake_limit},
+                                         {"hold_limit", &options->hold_limit},
+                                         {"descent_m_s", &options->descent_m_s},
+                                         {"descent_limit", &options->descent_limit},
+                                         {"level_thrust", &options->level_thrust},
+                                         {"level_limit", &options->level_limit},
+                                         {"arming_limit", &options->arming_limit},
+                                         {"disarm_limit", &options->disarm_limit},
+                                         {"give_back", &options->give_back},
+                                         {"gate_margin_m", &options->gate_margin_m}});
+      !status)
+    return status;
+  if (Status status = in("state", take_fields(spec.state(), {{"lost_after", &options->state.lost_after},
+                                                             {"jump_m", &options->state.jump_m},
+                                                             {"jump_rad", &options->state.jump_rad}}));
+      !status)
+    return status;
+  if (spec.has_fence()) options->fence = flight::Fence{vector(spec.fence().low()), vector(spec.fence().high())};
+  return flight::validate(*options);
+}
+
+Status take(const ThrustSpec& spec, flight::ThrustOptions* options) {
+  if (Status status = take_fields(spec, {{"hover_throttle", &options->hover_throttle},
+                                         {"exponent", &options->exponent},
+                                         {"reference_v", &options->reference_v},
+                                         {"throttle_min", &options->throttle_min},
+                                         {"throttle_max", &options->throttle_max},
+                                         {"lag_s", &options->lag_s},
+                                         {"trusted_factor", &options->trusted_factor}});
+      !status)
+    return status;
+  return flight::validate(*options);
+}
+
+Status take(const MavlinkSpec& spec, MavlinkConfig* config) {
+  if (spec.dialect() == MavlinkSpec::ARDUPILOT) config->dialect = Dialect::kArduPilot;
+  if (spec.dialect() == MavlinkSpec::PLAIN) config->dialect = Dialect::kPlain;
+  if (spec.stamps() == MavlinkSpec::ARRIVAL) config->stamps = Stamps::kArrival;
+  if (Status status = take_fields(spec, {{"link", &config->link},
+                                         {"own_system", &config->own_system},
+                                         {"own_component", &config->own_component},
+                                         {"vehicle_system", &config->vehicle_system},
+                                         {"setpoint_rate_hz", &config->setpoint_rate_hz},
+                                         {"state_rate_hz", &config->state_rate_hz},
+                                         {"link_delay", &config->link_delay},
+                                         {"arm_by_command", &config->arm_by_command},
+                                         {"may_set_parameters", &config->may_set_parameters},
+                                         {"connect_timeout", &config->connect_timeout}});
+      !status)
+    return status;
+  TimeSyncOptions& clock = config->time_sync;
+  if (Status status = in("time_sync", take_fields(spec.time_sync(), {{"ask_every", &clock.ask_every},
+                                                                     {"longest_round_trip", &clock.longest_round_trip},
+                                                                     {"most_drift_ppm", &clock.most_drift_ppm}}));
+      !status)
+    return status;
+  OdometerOptions& state = config->state;
+  if (spec.state().from() == OdometrySpec::ODOMETRY) state.from = StateFrom::kOdometry;
+  if (spec.state().from() == OdometrySpec::LOCAL_POSITION) state.from = StateFrom::kLocalPosition;
+  if (spec.state().has_p_wl()) state.frame.p_WL = vector(spec.state().p_wl());
+  if (Status status =
+          in("state", take_fields(spec.state(), {{"yaw_WL_rad", &state.frame.yaw_WL_rad}, {"oldest", &state.oldest}}));
+      !status)
+    return status;
+  RadioSwitches& radio = config->radio;
+  if (Status status = in("radio", take_fields(spec.radio(), {{"arm", &radio.arm},
+                                                             {"take_over", &radio.take_over},
+                                                             {"kill", &radio.kill},
+                                                             {"threshold_us", &radio.threshold_us}}));
+      !status)
+    return status;
+  return validate(*config);
+}
+
+Status take(const BetaflightSpec& spec, betaflight::Options* options) {
+  std::string link;
+  if (spec.receiver() == BetaflightSpec::OVERRIDE) options->receiver = betaflight::Options::Receiver::kOverride;
+  if (Status status = take_fields(spec, {{"link", &link},
+                                         {"channels_hz", &options->channels_hz},
+                                         {"arm_aux", &options->arm_aux},
+                                         {"arm_us", &options->arm_us},
+                                         {"yaw_reversed", &options->yaw_reversed}});
+      !status)
+    return status;
+  auto address = firmware::parse_address(link);
+  if (!address) return address.failure().within("link: ", "link.");
+  options->link = std::move(address).value();
+  if (spec.has_kill()) {
+    betaflight::Switch& kill = options->kill.emplace();
+    if (Status status = in(
+            "kill", take_fields(spec.kill(), {{"aux", &kill.aux}, {"from_us", &kill.from_us}, {"to_us", &kill.to_us}}));
+        !status)
+      return status;
+  }
+  return betaflight::validate(*options);
+}
+
+/// Somebody has to be able to arm, and in one way only.
+Status check_arming(const flight::SupervisorOptions& safety, const MavlinkConfig& mavlink) {
+  const bool by_switch = safety.arm_by == flight::ArmBy::kSwitch;
+  if (by_switch && mavlink.radio.arm == 0)
+    return Error::invalid("mavlink.radio.arm", "0",
+                          "the channel of the person's arm switch; in simulators safety.arm_by: ITSELF");
+  if (!by_switch && !mavlink.arm_by_command)
+    return Error::invalid("mavlink.arm_by_command", "false", "true where safety.arm_by is ITSELF");
+  return {};
+}
+
+Status take_firmware(const BridgeFile& file, Firmware firmware, BridgeConfig* config) {
+  flight::ThrustOptions thrust;
+  if (Status status = in("thrust", take(file.thrust(), &thrust)); !status) return status;
+  const auto missing = [](const std::string& section) {
+    return Error::invalid(section, "missing", "a section " + section + " { link: \"...\" }");
+  };
+  if (firmware == Firmware::kBetaflight) {
+    if (!file.has_betaflight()) return missing("betaflight");
+    auto& options = config->firmware.emplace<betaflight::Options>();
+    options.thrust = thrust;
+    return in("betaflight", take(file.betaflight(), &options));
+  }
+  if (!file.has_mavlink()) return missing("mavlink");
+  auto& mavlink = config->firmware.emplace<MavlinkConfig>();
+  mavlink.thrust = thrust;
+  mavlink.quadrotor = config->session.quadrotor;
+  if (Status status = in("mavlink", take(file.mavlink(), &mavlink)); !status) return status;
+  return check_arming(config->safety, mavlink);
+}
+
+Status take_vehicle_and_course(const BridgeFile& file, const std::filesystem::path& folder, BridgeConfig* config) {
+  const auto vehicle_file = config::find_config("vehicles", file.vehicle(), folder);
+  if (!vehicle_file) return vehicle_file.failure();
+  auto vehicle = config::load_vehicle(*vehicle_file);
+  if (!vehicle) return vehicle.failure();
+  const auto course_file = config::find_config("courses", file.course(), folder);
+  if (!course_file) return course_file.failure();
+  auto track = config::load_track(*course_file);
+  if (!track) return track.failure();
+  config->session.quadrotor = vehicle->quadrotor;
+  config->session.camera = vehicle->camera;
+  config->session.actuation = config::driven_by(*vehicle, Actuation::Kind::kBodyRates);
+  config->session.course = track->course;
+  config->notes = vehicle->notes;
+  return {};
+}
+
+}  // namespace
+
+const std::map<std::string, Firmware>& firmware_names() {
+  static const std::map<std::string, Firmware> names{{"betaflight", Firmware::kBetaflight},
+                                                     {"mavlink", Firmware::kMavlink}};
+  return names;
+}
+
+Result<BridgeConfig> load_config(const std::filesystem::path& file, Firmware firmware) {
+  BridgeFile spec;
+  if (Status status = config::load_text(file, &spec); !status) return status.failure();
+  BridgeConfig config;
+  if (Status status = take_vehicle_and_course(spec, file.parent_path(), &config); !status) return status.failure();
+  for (const Status& status :
+       {in("session", take(spec.session(), &config)), in("safety", take(spec.safety(), &config.safety)),
+        take_firmware(spec, firmware, &config)})
+    if (!status) return config::in_file(file, status.failure());
+  return config;
+}
+
+}  // namespace gatefield::bridge

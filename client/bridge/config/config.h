@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "client/bridge/betaflight/options.h"
+#include "client/bridge/mavlink/config.h"
+#include "client/flight/loop.h"
+#include "client/flight/supervisor_options.h"
+#include "common/base/result.h"
+#include "gatefield/sdk/client.h"
+
+/// The bridge's text file.
+namespace gatefield::bridge {
+
+enum class Firmware { kBetaflight, kMavlink };
+
+/// As command lines and sections of the file name them: "betaflight", "mavlink".
+const std::map<std::string, Firmware>& firmware_names();
+
+struct BridgeConfig {
+  sdk::Options session;  ///< in real time, and driven by body rates
+  flight::SupervisorOptions safety;
+  flight::LoopOptions loop;
+  std::variant<betaflight::Options, MavlinkConfig> firmware;
+  std::vector<std::string> notes;  ///< what was taken otherwise than written, for the person whose file it is
+};
+
+/// Reads a file (schema: bridge.proto) with the vehicle and the course that it names, and checks all of it. A vehicle
+/// file that says rotor thrusts is driven by body rates with the usual lags (config::driven_by()).
+/// Errors: as load_text(), find_config(), load_vehicle() and load_track(); else kInvalid with the path of the field
+/// ("safety.hold_limit", "mavlink.link.port") and a sentence that names file, field, value and what was expected.
+/// Beyond each part's own checks:
+///   - the section of `firmware` is there;
+///   - somebody can arm: safety.arm_by, mavlink.radio.arm and mavlink.arm_by_command agree.
+/// Thread-safe: yes.   Real-time safe: no.
+Result<BridgeConfig> load_config(const std::filesystem::path& file, Firmware firmware);
+
+}  // namespace gatefield::bridge

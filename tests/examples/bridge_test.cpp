@@ -1,0 +1,25 @@
+// The file of docs/flight-controllers.md, as the page shows it.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "client/bridge/config/config.h"
+#include "tests/examples/page.h"
+
+namespace gatefield::bridge {
+namespace {
+
+TEST(FlightControllersPage, TheConfigurationLoads) {
+  const auto folder = std::filesystem::temp_directory_path() / ("gatefield-bridge-page-" + std::to_string(getpid()));
+  test::write_files(test::shown_files(std::filesystem::path(GATEFIELD_SOURCE_DIR) / "docs/flight-controllers.md"),
+                    folder);
+  const auto config = load_config(folder / "my/bridge.txt", Firmware::kMavlink);
+  std::filesystem::remove_all(folder);
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_FALSE(config->safety.needs_depth);
+  EXPECT_EQ(std::get<MavlinkConfig>(config->firmware).radio.kill, 7);
+}
+
+}  // namespace
+}  // namespace gatefield::bridge

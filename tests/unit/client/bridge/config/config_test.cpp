@@ -1,0 +1,179 @@
+#include "client/bridge/config/config.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "client/bridge/config/bridge.pb.h"
+#include "client/bridge/config/fields.h"
+
+namespace gatefield::bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr const char* kRacer = "vehicle: 'racer-rates' course: 'one-gate' ";
+constexpr const char* kMavlink = "mavlink { link: 'udp-listen:127.0.0.1:14540' radio { arm: 5 } } ";
+
+class BridgeConfigFile : public testing::Test {
+ protected:
+  ~BridgeConfigFile() override { std::filesystem::remove(file_); }
+
+  Result<BridgeConfig> load(const std::string& text, Firmware firmware = Firmware::kMavlink) {
+    std::ofstream(file_) << text;
+    return load_config(file_, firmware);
+  }
+  Error refused(const std::string& text, Firmware firmware = Firmware::kMavlink) {
+    const auto config = load(text, firmware);
+    EXPECT_FALSE(config.ok()) << text;
+    return config.ok() ? Error("") : config.failure();
+  }
+
+  const std::filesystem::path file_ =
+      std::filesystem::temp_directory_path() / ("gatefield-bridge-" + std::to_string(getpid()) + ".txt");
+};
+
+TEST_F(BridgeConfigFile, WhatIsLeftOutKeepsItsDefault) {
+  const auto config = load(std::string(kRacer) + kMavlink);
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->session.profile, "race");
+  EXPECT_EQ(config->session.actuation.kind, Actuation::Kind::kBodyRates);
+  EXPECT_EQ(config->session.course.waypoints.size(), 1U);
+  EXPECT_EQ(config->safety.hold_limit, flight::SupervisorOptions{}.hold_limit);
+  EXPECT_TRUE(config->safety.needs_pilot && config->safety.needs_depth);
+  EXPECT_FALSE(config->safety.fence);
+  const auto& mavlink = std::get<MavlinkConfig>(config->firmware);
+  EXPECT_EQ(mavlink.dialect, Dialect::kPx4);
+  EXPECT_EQ(mavlink.quadrotor.mass_kg, config->session.quadrotor.mass_kg);
+}
+
+TEST_F(BridgeConfigFile, WhatIsWrittenIsTaken) {
+  const auto config = load(std::string(kRacer) +
+                           "session { domain: 7 name: 'red' server: 'pit' profile: 'onboard' speed_limit_m_s: 4 "
+                           "  connect_timeout: 1.5 state_rate_hz: 100 } "
+                           "safety { arm_by: ITSELF needs_pilot: false needs_depth: false hold_limit: 4 "
+                           "  battery_arm_v: 15 state { lost_after: 0.2 } "
+                           "  fence { low { x: -1 y: -2 z: -3 } high { x: 1 y: 2 z: 3 } } } "
+                           "thrust { hover_throttle: 0.4 exponent: 2 } "
+                           "mavlink { link: 'tcp:127.0.0.1:5760' dialect: ARDUPILOT vehicle_system: 3 stamps: ARRIVAL "
+                           "  link_delay: 0.01 state { from: LOCAL_POSITION p_WL { x: 1 y: 2 z: 3 } yaw_WL_rad: 0.5 } "
+                           "  time_sync { most_drift_ppm: 50 } radio { kill: 7 } arm_by_command: true }");
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->session.domain, 7U);
+  EXPECT_EQ(config->session.vehicle, "red");
+  EXPECT_EQ(config->session.connect_timeout, 1500ms);
+  EXPECT_EQ(config->loop.state_rate_hz, 100);
+  EXPECT_EQ(config->safety.arm_by, flight::ArmBy::kItself);
+  EXPECT_EQ(config->safety.hold_limit, 4s);
+  EXPECT_EQ(config->safety.state.lost_after, 200ms);
+  ASSERT_TRUE(config->safety.fence);
+  EXPECT_EQ(config->safety.fence->high_W, Eigen::Vector3d(1, 2, 3));
+  const auto& mavlink = std::get<MavlinkConfig>(config->firmware);
+  EXPECT_EQ(mavlink.dialect, Dialect::kArduPilot);
+  EXPECT_EQ(mavlink.vehicle_system, 3);
+  EXPECT_EQ(mavlink.stamps, Stamps::kArrival);
+  EXPECT_EQ(mavlink.state.from, StateFrom::kLocalPosition);
+  EXPECT_EQ(mavlink.state.frame.p_WL, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(mavlink.time_sync.most_drift_ppm, 50);
+  EXPECT_EQ(mavlink.radio.kill, 7);
+  EXPECT_EQ(mavlink.thrust.hover_throttle, 0.4);
+}
+
+TEST_F(BridgeConfigFile, BetaflightHasItsSection) {
+  const auto config = load(std::string(kRacer) +
+                               "thrust { exponent: 1.5 } betaflight { link: 'serial:/dev/ttyACM0:115200' "
+                               "receiver: OVERRIDE arm_aux: 2 kill { aux: 4 from_us: 1800 } }",
+                           Firmware::kBetaflight);
+  ASSERT_TRUE(config) << config.error();
+  const auto& options = std::get<betaflight::Options>(config->firmware);
+  EXPECT_EQ(options.link.place, "/dev/ttyACM0");
+  EXPECT_EQ(options.receiver, betaflight::Options::Receiver::kOverride);
+  EXPECT_EQ(options.arm_aux, 2);
+  ASSERT_TRUE(options.kill);
+  EXPECT_EQ(options.kill->from_us, 1800);
+  EXPECT_EQ(options.thrust.exponent, 1.5);
+}
+
+TEST_F(BridgeConfigFile, MistakesAreNamedWithFileAndField) {
+  const std::string base = std::string(kRacer) + kMavlink;
+  const auto field = [&](const std::string& extra) { return refused(base + extra).field; };
+  EXPECT_EQ(field("safety { hold_limit: 1000 }"), "safety.hold_limit");
+  EXPECT_EQ(field("safety { hold_limit: nan }"), "safety.hold_limit");
+  EXPECT_EQ(field("safety { state { lost_after: 5 } }"), "safety.state.lost_after");
+  EXPECT_EQ(field("session { domain: 233 }"), "session.domain");
+  EXPECT_EQ(field("session { domain: -1 }"), "session.domain");
+  EXPECT_EQ(field("session { state_rate_hz: 1 }"), "session.state_rate_hz");
+  EXPECT_EQ(field("thrust { hover_throttle: 1.5 }"), "thrust.hover_throttle");
+  EXPECT_EQ(field("wings: 2"), "wings");
+  EXPECT_EQ(refused(base + "safety { hold_limit: 1000 }").message,
+            file_.string() + ": safety.hold_limit is 1000 s, expected 0 to 300 s");
+  const auto mavlink = [&](const std::string& section) {
+    return refused(kRacer + ("mavlink { " + section + " }")).field;
+  };
+  EXPECT_EQ(mavlink("link: 'serial:/dev/ttyACM0:1234'"), "mavlink.link.baud");
+  EXPECT_EQ(mavlink("link: 'udp:127.0.0.1:99999'"), "mavlink.link.port");
+  EXPECT_EQ(mavlink("link: 'udp-listen:0.0.0.0:14540' own_system: 300"), "mavlink.own_system");
+  EXPECT_EQ(mavlink("link: 'udp-listen:0.0.0.0:14540' radio { arm: 5 kill: 5 }"), "mavlink.radio.kill");
+  EXPECT_EQ(refused(std::string("vehicle: 'racer-rates' course: 'nowhere' ") + kMavlink).code, ErrorCode::kUnknownName);
+}
+
+TEST_F(BridgeConfigFile, TheFirmwaresSectionHasToBeThere) {
+  EXPECT_EQ(refused(kRacer).field, "mavlink");
+  EXPECT_EQ(refused(std::string(kRacer) + kMavlink, Firmware::kBetaflight).field, "betaflight");
+}
+
+TEST_F(BridgeConfigFile, SomebodyHasToBeAbleToArm) {
+  EXPECT_EQ(refused(std::string(kRacer) + "mavlink { link: 'tcp:127.0.0.1:5760' }").field, "mavlink.radio.arm");
+  EXPECT_EQ(refused(std::string(kRacer) + kMavlink + "safety { arm_by: ITSELF }").field, "mavlink.arm_by_command");
+}
+
+/// Gives each field of a message and of those inside it a value.
+void fill(google::protobuf::Message* message) {
+  using google::protobuf::FieldDescriptor;
+  const auto* reflection = message->GetReflection();
+  for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor* field = message->GetDescriptor()->field(i);
+    switch (field->cpp_type()) {
+      case FieldDescriptor::CPPTYPE_MESSAGE:
+        fill(reflection->MutableMessage(message, field));
+        break;
+      case FieldDescriptor::CPPTYPE_BOOL:
+        reflection->SetBool(message, field, true);
+        break;
+      case FieldDescriptor::CPPTYPE_INT32:
+        reflection->SetInt32(message, field, 1);
+        break;
+      case FieldDescriptor::CPPTYPE_DOUBLE:
+        reflection->SetDouble(message, field, 1.0);
+        break;
+      case FieldDescriptor::CPPTYPE_STRING:
+        reflection->SetString(message, field, "udp:127.0.0.1:9");
+        break;
+      default:
+        break;
+    }
+  }
+}
+
+TEST_F(BridgeConfigFile, EveryFieldOfTheSchemaHasAPlace) {
+  for (const Firmware firmware : {Firmware::kMavlink, Firmware::kBetaflight}) {
+    BridgeFile file;
+    fill(&file);
+    file.set_vehicle("racer-rates");
+    file.set_course("one-gate");
+    file.mutable_session()->set_name("drone");
+    for (const auto* section : {"session", "safety", "thrust", "mavlink"}) {
+      // Sections are read one after the other, and each stops at its first mistake: one at a time.
+      BridgeFile only = file;
+      const auto* reflection = only.GetReflection();
+      for (const auto* other : {"session", "safety", "thrust"})
+        if (std::string_view(other) != section)
+          reflection->ClearField(&only, only.GetDescriptor()->FindFieldByName(other));
+      EXPECT_NO_THROW((void)load(only.DebugString(), firmware)) << section;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gatefield::bridge
