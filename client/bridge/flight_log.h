@@ -64,8 +64,8 @@ class FlightLog final : public flight::Observer {
   bool flown_ = false, link_lost_ = false;
   Stamp silent_{0};
 
-  // Between the two. Phases are a ring with one writer and one reader: each slot is the writer's until entered_ counts it
-  // (release), the reader's until written_ does.
+  // Between the two. Phases are a ring with one writer and one reader: each slot is the writer's until entered_ counts
+  // it (release), the reader's until written_ does.
   std::array<flight::Directive, kKept> phases_;
   std::atomic<std::size_t> entered_{0}, written_{0};
   Mailbox<Moment> moment_;

@@ -114,8 +114,9 @@ TEST(ArmingChecks, WithoutACameraDepthAloneMayBeMissing) {
     flight.observation().problems |= protocol::bit(protocol::Problem::kStatesMissing);
     flight.pass(1s);
     EXPECT_EQ(flight.phase(), Phase::kDisarmed);
-    if (!needs_depth)
+    if (!needs_depth) {
       EXPECT_EQ(explain(Check::kServerContent, flight.observation(), options).message.find("depth"), std::string::npos);
+    }
   }
 }
 
