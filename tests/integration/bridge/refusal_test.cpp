@@ -52,7 +52,7 @@ TEST_F(BridgeRefusal, APortThatIsTakenIsNamed) {
 
 TEST_F(BridgeRefusal, AWrongBaudRateIsNamed) {
   EXPECT_EQ(bridge(mavlink("serial:/dev/ttyACM0:1234")), 2);
-  expect_said("baud is 1234");
+  expect_said("baud is '1234'");
 }
 
 TEST_F(BridgeRefusal, ADeviceThatIsNotThereIsNamed) {

@@ -80,6 +80,7 @@ TEST(Refusal, AnUnknownProfileAndAnImpossibleVehicleAreRefusedByTheServer) {
 
 TEST(Refusal, ARateLoopFasterThanItsRotorsIsSaid) {
   Programs programs("rates");
+  Process server = programs.server("server.log");
   const auto vehicle = programs.file("rates.txt");
   std::filesystem::copy(kDeploy / "config/vehicles/racer.txt", vehicle);
   std::ofstream(vehicle, std::ios::app) << "actuation { kind: BODY_RATES thrust_time_constant_s: 0.03\n"
