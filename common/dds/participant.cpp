@@ -48,11 +48,11 @@ Status Participant::announce(const std::string& user_data) {
 
 ParticipantId Participant::id() const { return participant_->guid().guidPrefix; }
 
-eprosima::fastdds::dds::Topic* Participant::topic(dds::Topic topic, const TypeSupport& type) {
-  if (auto* existing = participant_->lookup_topicdescription(topic_name(topic)))
+eprosima::fastdds::dds::Topic* Participant::topic(const std::string& name, const TypeSupport& type) {
+  if (auto* existing = participant_->lookup_topicdescription(name))
     return dynamic_cast<eprosima::fastdds::dds::Topic*>(existing);
   if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK) return nullptr;
-  return participant_->create_topic(topic_name(topic), type.get_type_name(), TOPIC_QOS_DEFAULT);
+  return participant_->create_topic(name, type.get_type_name(), TOPIC_QOS_DEFAULT);
 }
 
 void Participant::on_participant_discovery(DomainParticipant*, ParticipantDiscoveryInfo&& info) {

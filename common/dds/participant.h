@@ -51,7 +51,7 @@ class Participant final : private eprosima::fastdds::dds::DomainParticipantListe
   eprosima::fastdds::dds::DomainParticipant* raw() { return participant_; }
 
   /// The topic with its type, created at first use. nullptr when the middleware refuses.
-  eprosima::fastdds::dds::Topic* topic(Topic topic, const eprosima::fastdds::dds::TypeSupport& type);
+  eprosima::fastdds::dds::Topic* topic(const std::string& name, const eprosima::fastdds::dds::TypeSupport& type);
 
  private:
   Participant(const TransportOptions& transport, std::function<void(const PeerEvent&)> on_peer)
