@@ -171,8 +171,8 @@ flight::FirmwareFailsafe judge_failsafe(const Settings& settings, const Options&
   if (options.receiver == Options::Receiver::kOverride) {
     *why =
         "in the mode MSP OVERRIDE the firmware keeps the last channels for as long as the radio is heard: only the "
-        "person's switch ends that";
-    return flight::FirmwareFailsafe::kBad;
+        "person's switch ends that; keep a thumb on it, and say safety.needs_firmware_failsafe: false";
+    return flight::FirmwareFailsafe::kNotChecked;
   }
   if (settings.failsafe.delay_s > kLongest_s) {
     *why = "the firmware's failsafe_delay is " + fixed(settings.failsafe.delay_s, 1) + " s, expected at most " +

@@ -44,7 +44,9 @@ Result<Settings> read_settings(msp::Connection& connection, std::chrono::nanosec
 ///   rates         each axis reaches `rates_rad_s`, at least, and has a rate at all
 Status check(const Settings& settings, const Options& options, const std::array<double, 3>& rates_rad_s);
 
-/// Whether the firmware does something sensible within 2 s when the channels stop. Sets `why` when it does not.
+/// Whether the firmware does something sensible within 2 s when the channels stop. Sets `why` when it does not. With
+/// Receiver::kOverride nothing in the firmware does: the person's switch is what ends it, and whether somebody has a
+/// thumb on it can't be checked (kNotChecked).
 flight::FirmwareFailsafe judge_failsafe(const Settings& settings, const Options& options, std::string* why);
 
 /// Pulses of the AUX channels as they are sent, AUX1 first; modes are held against them.

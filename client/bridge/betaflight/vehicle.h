@@ -78,6 +78,7 @@ class BetaflightVehicle final : public Vehicle, public flight::Actuator, public 
   const std::unique_ptr<msp::Connection> connection_;
   flight::ThrustEstimate thrust_;
   std::string failsafe_complaint_;
+  flight::FirmwareFailsafe failsafe_;
 
   flight::Wanted wanted_ = flight::Wanted::kDisarmed;
   std::optional<flight::ControllerStatus> status_;
@@ -89,7 +90,16 @@ class BetaflightVehicle final : public Vehicle, public flight::Actuator, public 
   std::uint64_t periods_ = 0, questions_ = 0, skipped_ = 0;
 };
 
-/// Opens the link, reads the settings, and checks them (check() in settings.h).
+/// A flight controller that is there, and how it is set up.
+struct Opened {
+  std::unique_ptr<msp::Connection> connection;
+  Settings settings;
+};
+
+/// Opens the link and reads the settings. Errors: those of firmware::open() and read_settings().
+Result<Opened> open_connection(const Options& options, const Clock& clock);
+
+/// The same, and checks the settings (check() in settings.h).
 /// Errors: those of firmware::open(), read_settings() and check().
 Result<std::unique_ptr<BetaflightVehicle>> open(const Options& options, const QuadrotorModel& model,
                                                 const Clock& clock);

@@ -200,7 +200,7 @@ TEST_F(BetaflightSettings, TheFirmwaresOwnFailsafeIsJudged) {
   EXPECT_THAT(why, HasSubstr("GPS-RESCUE"));
 
   options.receiver = Options::Receiver::kOverride;
-  EXPECT_EQ(judge_failsafe(*read(), options, &why), flight::FirmwareFailsafe::kBad);
+  EXPECT_EQ(judge_failsafe(*read(), options, &why), flight::FirmwareFailsafe::kNotChecked);
   EXPECT_THAT(why, HasSubstr("keeps the last channels"));
 }
 

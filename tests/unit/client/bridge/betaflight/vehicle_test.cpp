@@ -280,7 +280,7 @@ TEST_F(BetaflightBridge, OverrideTellsThePersonsSwitches) {
   EXPECT_TRUE(status->pilot->take_over) << "the override's switch is off";
   EXPECT_FALSE(status->pilot->arm);
   EXPECT_FALSE(status->follows_us);
-  EXPECT_EQ(status->failsafe, flight::FirmwareFailsafe::kBad);
+  EXPECT_EQ(status->failsafe, flight::FirmwareFailsafe::kNotChecked);
   EXPECT_THAT(vehicle->complaints(), testing::Contains(HasSubstr("keeps the last channels")));
 }
 
