@@ -5,8 +5,8 @@
 
 /// Messages of ROS <-> plain structs, inside common/dds only (it shows generated types).
 ///
-/// from_wire converts, checks (ros::validate), then normalises quaternions. It fills `out` as far as it can even when it
-/// refuses. Covariances are written as zero ("not known") and not read.
+/// from_wire converts, checks (ros::validate), then normalises quaternions. It fills `out` as far as it can even when
+/// it refuses. Covariances are written as zero ("not known") and not read.
 /// Thread-safe: yes.   Real-time safe: yes once `out` has held a message of the same size.
 namespace gatefield::dds {
 

@@ -8,8 +8,9 @@
 
 #include "common/base/result.h"
 
-/// What ROS 2 nodes say, as plain structs (idl/ros.idl has their messages): a source of states or of depth images beside
-/// the flight controller. Frames are theirs by name; for REP 103 and 105 the world is ENU and a body FLU, as ours are.
+/// What ROS 2 nodes say, as plain structs (idl/ros.idl has their messages): a source of states or of depth images
+/// beside the flight controller. Frames are theirs by name; by REP 103 and 105 the world is ENU and a body FLU, as ours
+/// are.
 namespace gatefield::ros {
 
 struct Header {
