@@ -46,7 +46,7 @@ Vector& emptied(Variant* pixels, std::size_t size) {
 OutsideDepth::OutsideDepth(const DepthOptions& options, const CameraModel& camera)
     : camera_(camera), admission_(options.time) {}
 
-void OutsideDepth::on_image(const Moment& moment, const ros::Image& image, std::uint64_t program) {
+void OutsideDepth::on_image(const Moment& moment, ros::Image& image, std::uint64_t program) {
   if (std::cmp_not_equal(image.width, camera_.width_px) || std::cmp_not_equal(image.height, camera_.height_px)) {
     const auto size = [](auto width, auto height) { return text(width) + " x " + text(height); };
     admission_.refuse(Refusal::kSize, Error::invalid("image", size(image.width, image.height),
@@ -58,19 +58,7 @@ void OutsideDepth::on_image(const Moment& moment, const ros::Image& image, std::
   if (!capture) return;
   Frame& frame = mailbox_.slot();
   frame.capture = *capture;
-  const std::size_t size = std::size_t{image.width} * image.height;
-  const bool counts_millimetres = std::abs(camera_.metres_per_count - kMillimetre_m) < 1e-9;
-  if (ros::pixel_bytes(image.encoding) == sizeof(float)) {
-    auto& metres = emptied<std::vector<float>>(&frame.pixels, size);
-    each_pixel<float>(image, [&](float depth) { metres.push_back(std::isfinite(depth) && depth > 0 ? depth : 0.0F); });
-  } else if (counts_millimetres) {
-    auto& counts = emptied<std::vector<std::uint16_t>>(&frame.pixels, size);
-    each_pixel<std::uint16_t>(image, [&](std::uint16_t count) { counts.push_back(count); });
-  } else {
-    auto& metres = emptied<std::vector<float>>(&frame.pixels, size);
-    each_pixel<std::uint16_t>(
-        image, [&](std::uint16_t count) { metres.push_back(static_cast<float>(kMillimetre_m * count)); });
-  }
+  std::swap(frame.image, image);
   mailbox_.publish();
   doorbell_.ring();
 }
@@ -79,9 +67,23 @@ std::optional<flight::DepthFrame> OutsideDepth::next(std::chrono::nanoseconds ti
   if (!mailbox_.fresh()) (void)doorbell_.wait_for(timeout);
   const Frame* frame = mailbox_.read();
   if (frame == nullptr) return std::nullopt;
+  const ros::Image& image = frame->image;
+  const std::size_t size = std::size_t{image.width} * image.height;
+  const bool counts_millimetres = std::abs(camera_.metres_per_count - kMillimetre_m) < 1e-9;
+  if (ros::pixel_bytes(image.encoding) == sizeof(float)) {
+    auto& metres = emptied<std::vector<float>>(&pixels_, size);
+    each_pixel<float>(image, [&](float depth) { metres.push_back(std::isfinite(depth) && depth > 0 ? depth : 0.0F); });
+  } else if (counts_millimetres) {
+    auto& counts = emptied<std::vector<std::uint16_t>>(&pixels_, size);
+    each_pixel<std::uint16_t>(image, [&](std::uint16_t count) { counts.push_back(count); });
+  } else {
+    auto& metres = emptied<std::vector<float>>(&pixels_, size);
+    each_pixel<std::uint16_t>(
+        image, [&](std::uint16_t count) { metres.push_back(static_cast<float>(kMillimetre_m * count)); });
+  }
   flight::DepthFrame given;
   given.capture = frame->capture;
-  std::visit([&](const auto& pixels) { given.pixels = std::span(pixels); }, frame->pixels);
+  std::visit([&](const auto& pixels) { given.pixels = std::span(pixels); }, pixels_);
   return given;
 }
 

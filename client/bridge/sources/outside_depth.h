@@ -25,7 +25,8 @@ class OutsideDepth final : public flight::DepthSource {
   OutsideDepth(const DepthOptions& options, const CameraModel& camera);
 
   /// @pre ros::validate(image)
-  void on_image(const Moment& moment, const ros::Image& image, std::uint64_t program);
+  /// Takes the image, and leaves an earlier one's memory in it.
+  void on_image(const Moment& moment, ros::Image& image, std::uint64_t program);
   void on_rejected(const Error& why) { admission_.refuse(Refusal::kMalformed, why); }
 
   std::optional<flight::DepthFrame> next(std::chrono::nanoseconds timeout) override;
@@ -35,13 +36,14 @@ class OutsideDepth final : public flight::DepthSource {
  private:
   struct Frame {
     Stamp capture{0};
-    std::variant<std::vector<std::uint16_t>, std::vector<float>> pixels;
+    ros::Image image;
   };
 
   const CameraModel camera_;
   Admission admission_;
   Mailbox<Frame> mailbox_;
   flight::Doorbell doorbell_;
+  std::variant<std::vector<std::uint16_t>, std::vector<float>> pixels_;  // of the frame that was given last
 };
 
 }  // namespace gatefield::bridge::sources

@@ -11,7 +11,7 @@
 
 #include "client/firmware/betaflight_sitl/exchange.h"
 #include "client/flight/clock.h"
-#include "common/dds/ros_endpoint.h"
+#include "gatefield/sdk/publisher.h"
 #include "tests/integration/betaflight/real_firmware.h"
 #include "tests/integration/race/programs.h"
 #include "tests/support/betaflight_controller.h"
@@ -32,10 +32,13 @@ class MotionCapture {
       "p_WO { x: 1 y: 0 z: 0 } yaw_WO_rad: 1.5707963267948966 p_MB { x: 0 y: 0 z: -0.05 } ";
 
   MotionCapture() {
-    auto opened =
-        dds::RosPublisher::open(own_domain(), "mocap", {.odometry = "/mocap/odometry", .pose = "/mocap/pose"});
-    if (!opened) throw std::runtime_error(opened.error());
-    publisher_ = std::move(opened).value();
+    sdk::PublisherOptions options;
+    options.domain = own_domain();
+    options.odometry = "/mocap/odometry";
+    options.pose = "/mocap/pose";
+    auto created = sdk::Publisher::create(options);
+    if (!created) throw std::runtime_error(created.error());
+    publisher_ = std::move(created).value();
   }
 
   void publish(Stamp now, const QuadrotorState& state) {
@@ -43,20 +46,17 @@ class MotionCapture {
     due_ = now + 4ms;
     const Eigen::Quaterniond q_OW(Eigen::AngleAxisd(-EIGEN_PI / 2, Eigen::Vector3d::UnitZ())), q_WB(state.q_WB);
     const Eigen::Vector3d p_BM(0, 0, 0.05), p_WO(1, 0, 0);
-    ros::Odometry odometry;
-    odometry.pose.header.stamp = std::chrono::system_clock::now().time_since_epoch();
-    odometry.pose.position = q_OW * (state.p_WB + q_WB * p_BM - p_WO);
-    odometry.pose.orientation = q_OW * q_WB;
-    odometry.linear = q_WB.conjugate() * state.v_WB + Eigen::Vector3d(state.w_WB_B).cross(p_BM);
-    odometry.angular = state.w_WB_B;
-    publisher_->publish(odometry);
-    publisher_->publish(odometry.pose);
+    const sdk::Pose pose{q_OW * (state.p_WB + q_WB * p_BM - p_WO), PlainQuaternion(q_OW * q_WB)};
+    const Eigen::Vector3d v_W = state.v_WB + q_WB * state.w_WB_B.cross(p_BM);
+    const auto measured = std::chrono::system_clock::now();
+    (void)publisher_->publish_odometry(measured, "room", pose, q_OW * v_W, state.w_WB_B);
+    (void)publisher_->publish_pose(measured, "room", pose);
   }
 
   std::atomic<bool> works{true};
 
  private:
-  std::unique_ptr<dds::RosPublisher> publisher_;
+  std::unique_ptr<sdk::Publisher> publisher_;
   Stamp due_{0};
 };
 

@@ -67,7 +67,8 @@ TEST(OutsideDepth, BytesInTheOtherOrderAreTurned) {
 TEST(OutsideDepth, WhatIsNoDistanceBecomesNoReturn) {
   OutsideDepth depth({.image = "/depth"}, camera());
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInf = std::numeric_limits<float>::infinity();
-  depth.on_image(kMoment, image<float>("32FC1", {1.5F, kNan, kInf, -2.0F}), 1);
+  ros::Image message = image<float>("32FC1", {1.5F, kNan, kInf, -2.0F});
+  depth.on_image(kMoment, message, 1);
   EXPECT_THAT(std::get<std::span<const float>>(depth.next(0ms)->pixels), ElementsAre(1.5F, 0.0F, 0.0F, 0.0F));
 }
 
@@ -75,13 +76,15 @@ TEST(OutsideDepth, MillimetresBecomeMetresWhereTheCameraCountsOtherwise) {
   CameraModel counting = camera();
   counting.metres_per_count = 2.5e-4;
   OutsideDepth depth({.image = "/depth"}, counting);
-  depth.on_image(kMoment, image("16UC1", kCounts), 1);
+  ros::Image message = image("16UC1", kCounts);
+  depth.on_image(kMoment, message, 1);
   EXPECT_THAT(std::get<std::span<const float>>(depth.next(0ms)->pixels), ElementsAre(1.0F, 0.0F, 2.5F, 65.535F));
 }
 
 TEST(OutsideDepth, AnotherSizeIsRefusedAndTold) {
   OutsideDepth depth({.image = "/depth"}, default_camera());
-  depth.on_image(kMoment, image("16UC1", kCounts), 1);
+  ros::Image message = image("16UC1", kCounts);
+  depth.on_image(kMoment, message, 1);
   EXPECT_FALSE(depth.next(0ms));
   EXPECT_THAT(depth.admission().complaint("/depth")->message,
               HasSubstr("image is 2 x 2, expected 160 x 90, the camera's size in the vehicle file"));
