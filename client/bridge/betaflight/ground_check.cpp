@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "client/bridge/betaflight/attitude.h"
+#include "client/flight/held.h"
 #include "common/base/text.h"
 
 namespace gatefield::bridge::betaflight {
@@ -133,15 +134,12 @@ class GroundCheck {
   /// Until it has not turned for a while, and is level.
   Result<Sample> still(bool is_level) {
     const Stamp begin = clock_.now();
-    std::optional<Stamp> since;
+    flight::Held rests;
     for (;;) {
       auto now = sample();
       if (!now) return now.failure();
-      if (now->gyro_B.norm() > kStill_rad_s || (is_level && !level(*now)))
-        since.reset();
-      else if (!since)
-        since = now->now;
-      if (since && now->now - *since >= kStillFor) return now;
+      rests.update(now->now, now->gyro_B.norm() <= kStill_rad_s && (level(*now) || !is_level));
+      if (rests.for_at_least(now->now, kStillFor)) return now;
       if (Status status = goes_on(begin, "a vehicle that is held still"); !status) return status.failure();
     }
   }

@@ -19,7 +19,7 @@ constexpr int kFirstAux = 4;
 /// What is asked for, one a period.
 constexpr std::array kQuestions{
     msp::command::kStatus, msp::command::kAttitude, msp::command::kStatus, msp::command::kRawImu,
-    msp::command::kStatus, msp::command::kAttitude, msp::command::kStatus, msp::command::kBatteryState,
+    msp::command::kStatus, msp::command::kRc,       msp::command::kStatus, msp::command::kBatteryState,
     msp::command::kStatus, msp::command::kAttitude, msp::command::kStatus, msp::command::kRawImu,
     msp::command::kStatus, msp::command::kAttitude, msp::command::kStatus, msp::command::kRc};
 constexpr std::uint64_t kAsksFirst = 4;  // every so many periods
@@ -221,8 +221,8 @@ Result<std::unique_ptr<BetaflightVehicle>> open(const Options& options, const Qu
   if (!opened) return opened.failure();
   const auto& most = model.body_rate_max_rad_s;
   if (auto status = check(opened->settings, options, {most.x(), most.y(), most.z()}); !status) return status.failure();
-  return std::make_unique<BetaflightVehicle>(options, model, std::move(opened->settings),
-                                             std::move(opened->connection));
+  Opened board = std::move(opened).value();
+  return std::make_unique<BetaflightVehicle>(options, model, std::move(board.settings), std::move(board.connection));
 }
 
 }  // namespace gatefield::bridge::betaflight
