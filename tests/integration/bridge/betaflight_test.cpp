@@ -7,6 +7,7 @@
 #include <csignal>
 #include <fstream>
 #include <functional>
+#include <numbers>
 #include <thread>
 
 #include "client/firmware/betaflight_sitl/exchange.h"
@@ -44,7 +45,7 @@ class MotionCapture {
   void publish(Stamp now, const QuadrotorState& state) {
     if (!works || now < due_) return;
     due_ = now + 4ms;
-    const Eigen::Quaterniond q_OW(Eigen::AngleAxisd(-EIGEN_PI / 2, Eigen::Vector3d::UnitZ())), q_WB(state.q_WB);
+    const Eigen::Quaterniond q_OW(Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitZ())), q_WB(state.q_WB);
     const Eigen::Vector3d p_BM(0, 0, 0.05), p_WO(1, 0, 0);
     const sdk::Pose pose{q_OW * (state.p_WB + q_WB * p_BM - p_WO), PlainQuaternion(q_OW * q_WB)};
     const Eigen::Vector3d v_W = state.v_WB + q_WB * state.w_WB_B.cross(p_BM);
@@ -133,7 +134,7 @@ class Board {
   std::atomic<bool> arm_switch{false}, armed{false};
 
  private:
-  static constexpr double kDegrees = 180.0 / EIGEN_PI;
+  static constexpr double kDegrees = 180.0 / std::numbers::pi;
   const bool radio_;
   std::unique_ptr<BetaflightController> board_;
 };

@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <mutex>
+#include <numbers>
 #include <optional>
 #include <thread>
 
@@ -67,7 +68,7 @@ TEST_F(SdkPublisher, SpeaksAsARosNodeWould) {
   ASSERT_TRUE(created.ok()) << created.error();
   Publisher& publisher = **created;
   const Pose pose{{1, 2, 3},
-                  PlainQuaternion(Eigen::Quaterniond(Eigen::AngleAxisd(EIGEN_PI / 2, Eigen::Vector3d::UnitZ())))};
+                  PlainQuaternion(Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ())))};
 
   const auto odometry = until_heard(
       [&] {

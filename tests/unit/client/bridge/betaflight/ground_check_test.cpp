@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "tests/support/betaflight_controller.h"
 #include "tests/support/link_pair.h"
 
@@ -75,7 +77,7 @@ class GroundCheck : public testing::Test, protected Person, protected flight::St
     left_rad = obeys ? 0.8 : 0.0;
   }
 
-  static constexpr double kHand_rad_s = 1.5, kDegrees = 180 / EIGEN_PI;
+  static constexpr double kHand_rad_s = 1.5, kDegrees = 180 / std::numbers::pi;
   ManualClock clock;
   std::shared_ptr<test::Cable> cable = std::make_shared<test::Cable>();
   test::BetaflightController board{std::make_unique<test::CableEnd>(cable, false)};
@@ -106,7 +108,7 @@ TEST_F(GroundCheck, AGyroOfTheOtherSignAboutZIsFound) {
 }
 
 TEST_F(GroundCheck, ABoardThatIsTurnedByAQuarterIsFound) {
-  gyro = Eigen::AngleAxisd(EIGEN_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  gyro = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   EXPECT_THAT(*check(), ElementsAre(HasSubstr("turned right side down, the gyro says nose down"),
                                     HasSubstr("turned nose down, the gyro says left side down")));
 }
@@ -122,7 +124,7 @@ TEST_F(GroundCheck, AnAttitudeOfTheOtherSignIsFound) {
 }
 
 TEST_F(GroundCheck, ASourceWhoseBodyLooksBackwardsIsFound) {
-  q_BS = Eigen::AngleAxisd(EIGEN_PI, Eigen::Vector3d::UnitZ());
+  q_BS = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ());
   EXPECT_THAT(*check(true), ElementsAre(HasSubstr("turned right side down, the source of states says left side down"),
                                         HasSubstr("turned nose down, the source of states says nose up")));
 }

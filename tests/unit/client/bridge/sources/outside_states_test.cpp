@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <numbers>
+
 namespace gatefield::bridge::sources {
 namespace {
 
@@ -34,7 +36,7 @@ TEST(OutsideStates, TheTwistOfOdometryIsInTheChildFrame) {
   EXPECT_FALSE(states.newest(100s));
   ros::Odometry message = odometry(0ms);
   message.pose.position = {1, 2, 3};
-  message.pose.orientation = turned(Eigen::Vector3d::UnitZ(), EIGEN_PI / 2);
+  message.pose.orientation = turned(Eigen::Vector3d::UnitZ(), std::numbers::pi / 2);
   message.linear = {4, 0, 0};
   message.angular = {0.1, 0.2, 0.3};
   states.on_odometry(at(2ms), message, kProgram);
