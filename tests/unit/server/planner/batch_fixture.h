@@ -31,7 +31,7 @@ class BatchFixture {
       for (int m = 0; m < stride_; ++m) at(k, kernels::kQw, m) = 1.0f;
   }
 
-  float& at(int k, kernels::StateChannel channel, int m) { return batch.states.row(k, channel)[m]; }
+  float& at(int k, kernels::StateChannel channel, int m) const { return batch.states.row(k, channel)[m]; }
   void place(int k, int m, const Eigen::Vector3f& p_WB) {
     at(k, kernels::kPx, m) = p_WB.x();
     at(k, kernels::kPy, m) = p_WB.y();
