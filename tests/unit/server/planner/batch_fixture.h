@@ -32,7 +32,7 @@ class BatchFixture {
   }
 
   float& at(int k, kernels::StateChannel channel, int m) const { return batch.states.row(k, channel)[m]; }
-  void place(int k, int m, const Eigen::Vector3f& p_WB) {
+  void place(int k, int m, const Eigen::Vector3f& p_WB) const {
     at(k, kernels::kPx, m) = p_WB.x();
     at(k, kernels::kPy, m) = p_WB.y();
     at(k, kernels::kPz, m) = p_WB.z();
