@@ -68,7 +68,11 @@ class DdsClient final : public Client, private dds::ClientHandler {
 
   Status join() {
     if (auto good = protocol::validate(request(logic_.request())); !good) return good;
-    auto endpoint = dds::ClientEndpoint::create(options_.domain, options_.vehicle, this);
+    dds::TransportOptions transport;
+    transport.on_packets_dropped = [this](const dds::DroppedPackets& dropped) {
+      packets_dropped_.fetch_add(dropped.count, std::memory_order_relaxed);
+    };
+    auto endpoint = dds::ClientEndpoint::create(options_.domain, options_.vehicle, this, transport);
     if (!endpoint.ok()) return endpoint.failure();
     endpoint_ = std::move(endpoint).value();
 
@@ -226,6 +230,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
       statistics.commands = commands_;
       statistics.rejected = rejected_;
       statistics.reconnects = logic_.reconnects();
+      statistics.packets_dropped = packets_dropped_.load(std::memory_order_relaxed);
       round_trips = round_trips_;
       solves = solves_;
     }
@@ -348,6 +353,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   };
 
   const Options options_;
+  std::atomic<std::uint64_t> packets_dropped_{0};
 
   mutable std::mutex mutex_;  // all that follows, up to the next mutex
   std::condition_variable changed_;

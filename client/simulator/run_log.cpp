@@ -68,6 +68,8 @@ std::string summarize(const Report& report) {
   } else {
     add(&out, "Lockstep      {:.1f} s simulated in {:.1f} s\n", report.race_time_s, report.wall_s);
   }
+  if (report.link.packets_dropped > 0)
+    add(&out, "Network       {} packets dropped that no DDS participant sends\n", report.link.packets_dropped);
   if (report.link.reconnects > 0) add(&out, "Reconnected   {} times\n", report.link.reconnects);
   return out;
 }

@@ -53,9 +53,11 @@ struct Setpoint {
 };
 
 struct LinkStatistics {
-  std::uint64_t commands = 0;     ///< received and accepted
-  std::uint64_t rejected = 0;     ///< failed validation or of another session
-  std::uint64_t reconnects = 0;   ///< sessions adopted after the first
+  std::uint64_t commands = 0;    ///< received and accepted
+  std::uint64_t rejected = 0;    ///< failed validation or of another session
+  std::uint64_t reconnects = 0;  ///< sessions adopted after the first
+  /// From the network, that the DDS library must not read; the last second's may not be counted yet.
+  std::uint64_t packets_dropped = 0;
   double round_trip_p50_s = 0.0;  ///< state sent to command received, by the client's clock; of the last 4096
   double round_trip_p99_s = 0.0;
   double solve_p50_s = 0.0;  ///< the server's step that made the plan, as it says; of the last 4096
