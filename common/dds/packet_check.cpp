@@ -24,7 +24,7 @@ constexpr std::uint8_t kLittleEndian = 1, kInlineQos = 2, kDataFlag = 4, kKeyFla
 // Parameters (9.6.2.2.2).
 constexpr std::uint16_t kSentinel = 1;
 
-/// Fields one after the other, in the byte order of their submessage. Beyond the end everything is 0, and ok() is false.
+/// Fields one after the other, in the byte order of their submessage. Beyond the end all is 0, and ok() is false.
 class Fields {
  public:
   Fields(Bytes bytes, bool little_endian) : bytes_(bytes), little_endian_(little_endian) {}
