@@ -15,8 +15,8 @@ constexpr auto kEvery = 50ms;
 
 }  // namespace
 
-FlightLog::FlightLog(const flight::SupervisorOptions& options, Stamp period, sdk::Client* client)
-    : options_(options), period_(period), client_(*client), writer_([this] { write_until_the_end(); }) {}
+FlightLog::FlightLog(const flight::SupervisorOptions& options, const Actuation& told, Stamp period, sdk::Client* client)
+    : options_(options), told_(told), period_(period), client_(*client), writer_([this] { write_until_the_end(); }) {}
 
 FlightLog::~FlightLog() {
   ending_ = true;
@@ -61,6 +61,7 @@ void FlightLog::write_until_the_end() {
     std::this_thread::sleep_for(kEvery);
   }
   write();
+  write_found();
 }
 
 void FlightLog::write() {
@@ -103,6 +104,13 @@ void FlightLog::write_problems() {
     else
       log::info("the server no longer says: " + words);
   }
+}
+
+void FlightLog::write_found() {
+  const auto telemetry = client_.telemetry();
+  if (!telemetry) return;
+  const std::string found = protocol::in_words(telemetry->identified, told_);
+  if (!found.empty()) log::info("found in flight: " + found);
 }
 
 }  // namespace gatefield::bridge

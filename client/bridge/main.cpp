@@ -125,7 +125,7 @@ int fly(const BridgeConfig& config, const Opened& opened, flight::LoopClock* clo
   flight::LoopStatistics flown;
   int code = kExitLanded;
   {
-    FlightLog flight_log(config.safety, vehicle.actuator().period(), client.get());
+    FlightLog flight_log(config.safety, config.session.actuation, vehicle.actuator().period(), client.get());
     const flight::Ports ports{.states = vehicle.states(),
                               .actuator = &vehicle.actuator(),
                               .observer = &flight_log,

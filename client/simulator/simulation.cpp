@@ -99,6 +99,7 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   report.link = client->statistics();
   report.snapshot = snapshots.take();
   report.problems = problems.heard();
+  if (const auto telemetry = client->telemetry()) report.identified = telemetry->identified;
   return report;
 }
 

@@ -11,7 +11,6 @@
 namespace gatefield::service {
 namespace {
 
-using testing::FakePlanner;
 using ::testing::HasSubstr;
 using testing::join_request;
 using ::testing::StartsWith;

@@ -171,10 +171,10 @@ TEST_F(BridgeConfigFile, EveryFieldOfTheSchemaHasAPlace) {
     for (const auto* section : {"session", "safety", "thrust", "mavlink"}) {
       // Sections are read one after the other, and each stops at its first mistake: one at a time.
       BridgeFile only = file;
-      const auto* reflection = only.GetReflection();
+      const auto* reflection = BridgeFile::GetReflection();
       for (const auto* other : {"session", "safety", "thrust"})
         if (std::string_view(other) != section)
-          reflection->ClearField(&only, only.GetDescriptor()->FindFieldByName(other));
+          reflection->ClearField(&only, BridgeFile::GetDescriptor()->FindFieldByName(other));
       EXPECT_NO_THROW((void)load(only.DebugString(), firmware)) << section;
     }
   }
