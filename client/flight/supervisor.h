@@ -45,9 +45,9 @@ class Supervisor {
   const Directive& update(Stamp now, const Observation& observation) noexcept;
 
   const Directive& directive() const noexcept { return directive_; }
-  /// What is wanted of the flight controller: what the phase says (flight::wanted()). A controller that is armed while
-  /// we stand on the ground is asked for nothing, though: a person's switch arms many of them by itself, and the word of
-  /// that may come before the switch's own.
+  /// What is wanted of the flight controller: what the phase says (flight::wanted()). One that is armed while we stand
+  /// on the ground is asked for nothing, though: a person's switch arms many of them by itself, and the word of that
+  /// may come before the switch's own.
   Wanted wanted() const noexcept;
   /// The newest state that can be flown by, however old: what the law of the next step takes.
   const std::optional<TimedState>& state() const noexcept { return state_.newest(); }

@@ -82,8 +82,8 @@ class Client {
   /// field, value, expected, sentence); one that may pass (may_pass(code): the name is in use, the server is full) is
   /// asked again until the timeout. Nobody answered: ErrorCode::kNoAnswer. Options that no server would take:
   /// ErrorCode::kInvalid, at once.
-  /// @param cancel  when it becomes true, joining ends within some 50 ms as if nobody had answered (and a session that a
-  ///                server grants at that moment is left again); null: nothing ends it early
+  /// @param cancel  when it becomes true, joining ends within some 50 ms as if nobody had answered; null: nothing ends
+  ///                it early
   static Result<std::unique_ptr<Client>> connect(const Options& options, const std::atomic<bool>* cancel = nullptr);
   virtual ~Client() = default;  ///< leaves the session
 
