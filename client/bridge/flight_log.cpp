@@ -39,11 +39,13 @@ void FlightLog::on_supervised(const flight::Directive& directive, const flight::
   phase_ = directive.phase;
   const bool in_the_air = flight::contains(flight::kInTheAir, phase_);
   flown_ = flown_ || in_the_air;
+  const bool silent = (directive.failing & flight::bit(flight::Check::kControllerHeard)) != 0;
   if (flown_) {
-    link_lost_ = link_lost_ || directive.cause == flight::Cause::kControllerSilent;
+    // One that dies takes its states with it, which are missed first.
+    link_lost_ = link_lost_ || directive.cause == flight::Cause::kControllerSilent ||
+                 (phase_ == flight::Phase::kKilled && silent);
     return;
   }
-  const bool silent = (directive.failing & flight::bit(flight::Check::kControllerHeard)) != 0;
   silent_ = silent ? silent_ + period_ : Stamp{0};
   link_lost_ = silent_ >= kLinkLost;
 }

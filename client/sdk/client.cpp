@@ -66,7 +66,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
     last_state_.vehicle = options.vehicle;
   }
 
-  Status join() {
+  Status join(const std::atomic<bool>* cancel) {
     if (auto good = protocol::validate(request(logic_.request())); !good) return good;
     dds::TransportOptions transport;
     transport.on_packets_dropped = [this](const dds::DroppedPackets& dropped) {
@@ -80,6 +80,8 @@ class DdsClient final : public Client, private dds::ClientHandler {
     std::unique_lock lock(mutex_);
     while (logic_.phase() == SessionLogic::Phase::kJoining) {
       const Stamp now = wall_now();
+      if (cancel != nullptr && *cancel)
+        return Error("joining was cancelled before a server answered", ErrorCode::kNoAnswer);
       if (now >= deadline) {
         if (logic_.refusal()) return *logic_.refusal();
         const std::string named = options_.server.empty() ? "" : " of the name '" + options_.server + "'";
@@ -394,9 +396,10 @@ class DdsClient final : public Client, private dds::ClientHandler {
 
 }  // namespace
 
-Result<std::unique_ptr<Client>> connect_if_layouts_agree(const Options& options, ClientLayout) {
+Result<std::unique_ptr<Client>> connect_if_layouts_agree(const Options& options, const std::atomic<bool>* cancel,
+                                                         ClientLayout) {
   auto client = std::make_unique<DdsClient>(options);
-  if (auto joined = client->join(); !joined) return joined.failure();
+  if (auto joined = client->join(cancel); !joined) return joined.failure();
   return std::unique_ptr<Client>(std::move(client));
 }
 
