@@ -67,8 +67,9 @@ TEST_F(SdkPublisher, SpeaksAsARosNodeWould) {
   auto created = Publisher::create(options);
   ASSERT_TRUE(created.ok()) << created.error();
   Publisher& publisher = **created;
-  const Pose pose{{1, 2, 3},
-                  PlainQuaternion(Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ())))};
+  const Pose pose{
+      {1, 2, 3},
+      PlainQuaternion(Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ())))};
 
   const auto odometry = until_heard(
       [&] {
