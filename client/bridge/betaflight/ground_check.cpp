@@ -200,15 +200,19 @@ class GroundCheck {
 
   Status look_at(std::size_t motor) {
     const std::string number = text(motor + 1);
+    if (Status status = spin(kMotors.size()); !status) return status;
+    while (person_.answer()) {  // what was typed before is no answer to this
+    }
     person_.tell(
         "Motor " + number +
         " turns now. Which one is it, and which way round from above? Type 1 (rear right), 2 (front right), 3 "
         "(rear left) or 4 (front left), with c (clockwise) or a (anticlockwise) behind it, as in 2a; 0: none.");
     const Stamp asked_at = clock_.now();
     std::optional<std::string> said;
-    while (!(said = person_.answer())) {
+    while (!said) {
       if (Status status = goes_on(asked_at, "an answer"); !status) return status;
       if (Status status = spin(motor); !status) return status;
+      said = person_.answer();
     }
     const bool clockwise = kMotors[motor].clockwise != settings_.mixer.yaw_reversed;
     const std::string right = number + (clockwise ? "c" : "a");
