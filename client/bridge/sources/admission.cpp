@@ -71,7 +71,7 @@ std::optional<Error> Admission::complaint(const std::string& topic) const {
       return told("header.stamp", milliseconds(Stamp(wrong_age_ns_)) + " old",
                   milliseconds(-kFuture) + " to " + milliseconds(options_.oldest) +
                       ": keep both machines' clocks together (PTP, chrony), stamp by the system clock, or say "
-                      "stamps: ARRIVAL and how long a message takes (delay)");
+                      "from: ARRIVAL and how long a message takes (delay)");
     case Refusal::kNotRising:
       return told("header.stamp", "not newer than the one before",
                   "stamps that rise: the publisher repeats messages, or stamps them by whole milliseconds");

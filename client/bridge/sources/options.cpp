@@ -26,11 +26,11 @@ Status check_each(const std::string& field, const Eigen::Vector3d& value, double
 }
 
 Status validate(const TimeOptions& time) {
-  if (Status status = check_span("delay", time.delay, 0ms, 200ms); !status) return status;
+  if (Status status = check_span("time.delay", time.delay, 0ms, 200ms); !status) return status;
   if (time.delay != 0ms && time.from != TimeOptions::From::kArrival)
-    return Error::invalid("delay", milliseconds(time.delay),
-                          "0 where stamps are the message's own, or stamps: ARRIVAL");
-  return check_span("oldest", time.oldest, 5ms, 1s);
+    return Error::invalid("time.delay", milliseconds(time.delay),
+                          "0 where stamps are the message's own, or from: ARRIVAL");
+  return check_span("time.oldest", time.oldest, 5ms, 1s);
 }
 
 }  // namespace

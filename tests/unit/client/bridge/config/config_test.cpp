@@ -127,7 +127,7 @@ TEST_F(BridgeConfigFile, StatesAndDepthFromElsewhereHaveTheirSections) {
   const auto field = [&](const std::string& extra) { return refused(std::string(kRacer) + kMavlink + extra).field; };
   EXPECT_EQ(field("states { pose: '/a' odometry: '/b' }"), "states.odometry");
   EXPECT_EQ(field("states { pose: 'mocap' }"), "states.pose");
-  EXPECT_EQ(field("states { pose: '/a' time { oldest: 2 } }"), "states.oldest");
+  EXPECT_EQ(field("states { pose: '/a' time { oldest: 2 } }"), "states.time.oldest");
   EXPECT_EQ(field("depth { image: '' }"), "depth.image");
 }
 
@@ -274,6 +274,11 @@ TEST_F(BridgeConfigFile, EveryNumberThatCantBeIsRefusedByItsName) {
     good.mutable_betaflight()->set_link("tcp:127.0.0.1:5761");
     good.mutable_betaflight()->set_receiver(BetaflightSpec::OVERRIDE);
     good.mutable_betaflight()->mutable_kill()->set_aux(3);
+    good.mutable_states()->set_pose("/mocap/pose");
+    for (Point* const point : {good.mutable_states()->mutable_p_wo(), good.mutable_states()->mutable_p_mb(),
+                               good.mutable_states()->mutable_rpy_mb_rad()})
+      point->set_x(0), point->set_y(0), point->set_z(0);
+    good.mutable_depth()->set_image("/depth");
     const auto loaded = load(good.DebugString(), firmware);
     ASSERT_TRUE(loaded.ok()) << loaded.error();
     for_each_number(

@@ -42,10 +42,10 @@ TEST(SourceOptions, EachFieldOutOfRangeIsNamed) {
            Case{"rpy_MB_rad", [](StateOptions* o) { o->rpy_MB_rad.y() = 7; }},
            Case{"velocity_window", [](StateOptions* o) { o->velocity_window = 4ms; }},
            Case{"velocity_window", [](StateOptions* o) { o->velocity_window = 201ms; }},
-           Case{"oldest", [](StateOptions* o) { o->time.oldest = 4ms; }},
-           Case{"oldest", [](StateOptions* o) { o->time.oldest = 1001ms; }},
-           Case{"delay", [](StateOptions* o) { o->time.delay = 1ms; }},
-           Case{"delay", [](StateOptions* o) { o->time = {.from = TimeOptions::From::kArrival, .delay = 201ms}; }},
+           Case{"time.oldest", [](StateOptions* o) { o->time.oldest = 4ms; }},
+           Case{"time.oldest", [](StateOptions* o) { o->time.oldest = 1001ms; }},
+           Case{"time.delay", [](StateOptions* o) { o->time.delay = 1ms; }},
+           Case{"time.delay", [](StateOptions* o) { o->time = {.from = TimeOptions::From::kArrival, .delay = 201ms}; }},
        }) {
     StateOptions options = good();
     spoil(&options);
