@@ -27,7 +27,8 @@ struct Arguments {
   bool lockstep = false, real_time = false, depth_metres = false, quiet = false;
   double delay_ms = 0.0, jitter_ms = 0.0, loss = 0.0;
   double state_rate_hz = 200.0;
-  std::string flight_controller, firmware_address = FirmwareOptions().address;
+  std::string flight_controller, firmware_address;  ///< an empty address: the firmware's usual one
+  double pace = Px4Options().pace;
   double connect_timeout_s = 10.0;
   std::string csv, picture, depth_picture, frame_folder;
   std::string log_level = "warn";
