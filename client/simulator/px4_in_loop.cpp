@@ -175,7 +175,7 @@ void Px4InLoop::advance(const QuadrotorState& state) noexcept {
     sampled_ = {now, state.v_WB};
     const firmware::Motion motion{state.p_WB, state.v_WB, state.q_WB, state.w_WB_B, specific_force_B_};
     const auto sample = sensors_.sample(now, motion);
-    auto motors = hil_->exchange(sample, sensors_.satellites(now, motion));
+    auto motors = hil_->exchange(sample, sensors_.satellites(now, motion), sensors_.truth(now, motion));
     if (motors) {
       motors_ = *motors;
     } else {

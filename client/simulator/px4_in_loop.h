@@ -47,7 +47,7 @@ class SteppedClock final : public Clock {
 
 /// PX4 in the loop of the simulated vehicle, in lockstep: its clock is the simulation's, and stands still while nobody
 /// steps. Every kSample a HIL_SENSOR goes out (and HIL_GPS when one is due), with noise and bias, and its motors are
-/// waited for. They give
+/// waited for. The truth goes with them, for its log. They give
 ///
 ///   T = T_max o^2       o of a motor, 0 to 1; T_max of the vehicle as told
 ///
