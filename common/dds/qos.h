@@ -26,8 +26,8 @@ eprosima::fastdds::dds::DomainParticipantQos participant_qos(std::uint32_t domai
 eprosima::fastdds::dds::DataWriterQos writer_qos(Topic topic, const TransportOptions& transport);
 eprosima::fastdds::dds::DataReaderQos reader_qos(Topic topic, const TransportOptions& transport);
 
-/// Of topics that other programs have named: best effort and volatile, which a reader may ask of every writer, and which
-/// a writer may offer to every reader that asks for no more (ROS calls it "sensor data").
+/// Of topics that other programs have named: best effort and volatile, which a reader may ask of every writer, and
+/// which a writer may offer to every reader that asks for no more (ROS calls it "sensor data").
 eprosima::fastdds::dds::DataWriterQos foreign_writer_qos();
 eprosima::fastdds::dds::DataReaderQos foreign_reader_qos();
 

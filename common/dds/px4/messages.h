@@ -8,8 +8,8 @@
 
 #include "common/base/result.h"
 
-/// What PX4 says and hears over its uXRCE-DDS agent, as plain structs of what is used; idl/px4.idl has all fields, their
-/// frames and where they are written down.
+/// What PX4 says and hears over its uXRCE-DDS agent, as plain structs of what is used; idl/px4.idl has all fields,
+/// their frames and where they are written down.
 namespace gatefield::px4 {
 
 inline constexpr float kNoKnob = std::numeric_limits<float>::quiet_NaN();
