@@ -14,6 +14,7 @@
 #include "client/bridge/config/config.h"
 #include "client/bridge/flight_log.h"
 #include "client/bridge/mavlink/vehicle.h"
+#include "client/bridge/px4/vehicle.h"
 #include "client/flight/clock.h"
 #include "client/flight/loop.h"
 #include "client/flight/supervision.h"
@@ -46,12 +47,13 @@ void declare(CLI::App* app, Arguments* a) {
       "\nExamples\n"
       "  gatefield-bridge mavlink --config racer.txt --check    what is there, and what stands in the way\n"
       "  gatefield-bridge mavlink --config racer.txt            one flight; Ctrl-C lands\n"
+      "  gatefield-bridge px4 --config racer.txt                the same with PX4 over its uXRCE-DDS agent\n"
       "\nExit code\n"
       "  0 landed, or never took off   1 killed, or somebody else flies it   2 bad input   3 no server, it refused, or "
       "no "
       "plan came\n"
       "  4 the link to the flight controller was lost\n");
-  app->add_option("firmware", a->firmware, "betaflight (only with --check: it knows no position) or mavlink")
+  app->add_option("firmware", a->firmware, "betaflight (only with --check: it knows no position), mavlink or px4")
       ->required()
       ->transform(CLI::CheckedTransformer(firmware_names(), CLI::ignore_case));
   app->add_option("--config", a->config, "The bridge's text file (docs/flight-controllers.md)")->required();
@@ -82,6 +84,7 @@ Result<Opened> opened(Result<std::unique_ptr<Concrete>> vehicle) {
 Result<Opened> open_vehicle(const BridgeConfig& config, const Clock& clock) {
   if (const auto* options = std::get_if<betaflight::Options>(&config.firmware))
     return opened(betaflight::open(*options, config.session.quadrotor, clock));
+  if (const auto* px4 = std::get_if<Px4Config>(&config.firmware)) return opened(Px4Vehicle::open(*px4));
   return opened(MavlinkVehicle::open(std::get<MavlinkConfig>(config.firmware)));
 }
 

@@ -8,14 +8,16 @@ namespace gatefield::dds {
 
 using namespace eprosima::fastdds::dds;
 using eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
+using eprosima::fastrtps::rtps::WriterDiscoveryInfo;
 
 Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, const std::string& name,
                                                        const std::string& user_data, const TransportOptions& transport,
-                                                       std::function<void(const PeerEvent&)> on_peer) {
+                                                       std::function<void(const PeerEvent&)> on_peer,
+                                                       std::function<void(const WriterEvent&)> on_writer) {
   if (domain > kMaxDomain)
     return Error{"domain is " + std::to_string(domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
   prepare_process();
-  std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer)));
+  std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer), std::move(on_writer)));
   try {
     self->participant_ = DomainParticipantFactory::get_instance()->create_participant(
         domain, participant_qos(domain, name, user_data), self.get(), StatusMask::none());
@@ -48,11 +50,11 @@ Status Participant::announce(const std::string& user_data) {
 
 ParticipantId Participant::id() const { return participant_->guid().guidPrefix; }
 
-eprosima::fastdds::dds::Topic* Participant::topic(dds::Topic topic, const TypeSupport& type) {
-  if (auto* existing = participant_->lookup_topicdescription(topic_name(topic)))
+eprosima::fastdds::dds::Topic* Participant::topic(const std::string& name, const TypeSupport& type) {
+  if (auto* existing = participant_->lookup_topicdescription(name))
     return dynamic_cast<eprosima::fastdds::dds::Topic*>(existing);
   if (participant_->register_type(type) != ReturnCode_t::RETCODE_OK) return nullptr;
-  return participant_->create_topic(topic_name(topic), type.get_type_name(), TOPIC_QOS_DEFAULT);
+  return participant_->create_topic(name, type.get_type_name(), TOPIC_QOS_DEFAULT);
 }
 
 void Participant::on_participant_discovery(DomainParticipant*, ParticipantDiscoveryInfo&& info) {
@@ -63,6 +65,11 @@ void Participant::on_participant_discovery(DomainParticipant*, ParticipantDiscov
   const auto& data = info.info.m_userData;
   event.user_data.assign(data.begin(), data.end());
   on_peer_(event);
+}
+
+void Participant::on_publisher_discovery(DomainParticipant*, WriterDiscoveryInfo&& info) {
+  if (!on_writer_) return;
+  on_writer_({info.info.topicName().to_string(), info.status == WriterDiscoveryInfo::REMOVED_WRITER});
 }
 
 }  // namespace gatefield::dds

@@ -85,6 +85,17 @@ void fill_common(Topic topic, int depth, Qos* qos) {
   }
 }
 
+template <typename Qos>
+void fill_foreign(Qos* qos) {
+  constexpr int kDepth = 8;  // what comes in one go when a thread was held up
+  qos->reliability().kind = BEST_EFFORT_RELIABILITY_QOS;
+  qos->durability().kind = VOLATILE_DURABILITY_QOS;
+  qos->history().kind = KEEP_LAST_HISTORY_QOS;
+  qos->history().depth = kDepth;
+  qos->endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  qos->data_sharing().off();
+}
+
 }  // namespace
 
 DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name, const std::string& user_data) {
@@ -143,7 +154,26 @@ DataReaderQos reader_qos(Topic topic, const TransportOptions& transport) {
   return qos;
 }
 
+DataWriterQos foreign_writer_qos() {
+  DataWriterQos qos;
+  fill_foreign(&qos);
+  qos.publish_mode().kind = ASYNCHRONOUS_PUBLISH_MODE;  // an image is hundreds of packets
+  return qos;
+}
+
+DataReaderQos foreign_reader_qos() {
+  DataReaderQos qos;
+  fill_foreign(&qos);
+  return qos;
+}
+
 std::uint32_t first_port(std::uint32_t domain) { return 7400 + kPortsPerDomain * domain; }
+
+DataWriterQos foreign_setpoint_qos() {
+  DataWriterQos qos = foreign_writer_qos();
+  qos.publish_mode().kind = SYNCHRONOUS_PUBLISH_MODE;
+  return qos;
+}
 
 std::string command_partition(const std::string& vehicle) { return "gatefield/" + vehicle; }
 

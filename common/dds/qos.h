@@ -26,8 +26,16 @@ eprosima::fastdds::dds::DomainParticipantQos participant_qos(std::uint32_t domai
 eprosima::fastdds::dds::DataWriterQos writer_qos(Topic topic, const TransportOptions& transport);
 eprosima::fastdds::dds::DataReaderQos reader_qos(Topic topic, const TransportOptions& transport);
 
+/// Of topics that other programs have named: best effort and volatile, which a reader may ask of every writer, and
+/// which a writer may offer to every reader that asks for no more (ROS calls it "sensor data").
+eprosima::fastdds::dds::DataWriterQos foreign_writer_qos();
+eprosima::fastdds::dds::DataReaderQos foreign_reader_qos();
+
 /// The port at which a domain's participants call each other; theirs follow, up to the next domain's.
 std::uint32_t first_port(std::uint32_t domain);
+
+/// As foreign_writer_qos(), for small samples that are sent at once on the thread that writes them.
+eprosima::fastdds::dds::DataWriterQos foreign_setpoint_qos();
 
 /// The partition that a vehicle's commands travel in.
 std::string command_partition(const std::string& vehicle);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <fastdds/dds/subscriber/DataReader.hpp>
@@ -37,6 +38,14 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
 
   static Result<std::unique_ptr<Reader>> open(Participant* participant, Topic topic, Callbacks callbacks,
                                               const std::string& partition = {}) {
+    return open(participant, topic_name(topic), reader_qos(topic, participant->transport()), std::move(callbacks),
+                partition);
+  }
+
+  /// Of a topic that other programs have named.
+  static Result<std::unique_ptr<Reader>> open(Participant* participant, const std::string& topic,
+                                              const eprosima::fastdds::dds::DataReaderQos& reader_qos,
+                                              Callbacks callbacks, const std::string& partition = {}) {
     using namespace eprosima::fastdds::dds;
     std::unique_ptr<Reader> self(new Reader(participant, std::move(callbacks)));
     auto* dds_topic = participant->topic(topic, TypeSupport(new Type()));
@@ -44,9 +53,9 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
     if (!partition.empty()) qos.partition().push_back(partition.c_str());
     self->subscriber_ = dds_topic == nullptr ? nullptr : participant->raw()->create_subscriber(qos);
     if (self->subscriber_ != nullptr)
-      self->reader_ = self->subscriber_->create_datareader(dds_topic, reader_qos(topic, participant->transport()),
-                                                           self.get(), StatusMask::data_available());
-    if (self->reader_ == nullptr) return Error{std::string("the DDS reader of ") + topic_name(topic) + " was refused"};
+      self->reader_ =
+          self->subscriber_->create_datareader(dds_topic, reader_qos, self.get(), StatusMask::data_available());
+    if (self->reader_ == nullptr) return Error{"the DDS reader of " + topic + " was refused"};
     return self;
   }
 
@@ -60,6 +69,13 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
       subscriber_->delete_datareader(reader_);
     }
     if (subscriber_ != nullptr) participant_->raw()->delete_subscriber(subscriber_);
+  }
+
+  /// Writers of this topic and type that are there now.
+  std::size_t writers() const {
+    eprosima::fastdds::dds::SubscriptionMatchedStatus status;
+    reader_->get_subscription_matched_status(status);
+    return static_cast<std::size_t>(std::max(0, status.current_count));
   }
 
  private:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <memory>
 #include <mutex>
@@ -22,15 +23,21 @@ class Writer {
 
   static Result<std::unique_ptr<Writer>> open(Participant* participant, Topic topic,
                                               const std::string& partition = {}) {
+    return open(participant, topic_name(topic), writer_qos(topic, participant->transport()), partition);
+  }
+
+  /// Of a topic that other programs have named.
+  static Result<std::unique_ptr<Writer>> open(Participant* participant, const std::string& topic,
+                                              const eprosima::fastdds::dds::DataWriterQos& writer_qos,
+                                              const std::string& partition = {}) {
     using namespace eprosima::fastdds::dds;
     std::unique_ptr<Writer> self(new Writer(participant));
     auto* dds_topic = participant->topic(topic, TypeSupport(new WireType<Generated>()));
     PublisherQos qos = PUBLISHER_QOS_DEFAULT;
     if (!partition.empty()) qos.partition().push_back(partition.c_str());
     self->publisher_ = dds_topic == nullptr ? nullptr : participant->raw()->create_publisher(qos);
-    if (self->publisher_ != nullptr)
-      self->writer_ = self->publisher_->create_datawriter(dds_topic, writer_qos(topic, participant->transport()));
-    if (self->writer_ == nullptr) return Error{std::string("the DDS writer of ") + topic_name(topic) + " was refused"};
+    if (self->publisher_ != nullptr) self->writer_ = self->publisher_->create_datawriter(dds_topic, writer_qos);
+    if (self->writer_ == nullptr) return Error{"the DDS writer of " + topic + " was refused"};
     return self;
   }
 
@@ -68,6 +75,13 @@ class Writer {
       writer_->unregister_instance(&sample_, eprosima::fastdds::dds::HANDLE_NIL);
     } catch (...) {  // the middleware ran out of memory; the lease tells the others instead
     }
+  }
+
+  /// Readers of this topic and type that are there now.
+  std::size_t readers() const {
+    eprosima::fastdds::dds::PublicationMatchedStatus status;
+    writer_->get_publication_matched_status(status);
+    return static_cast<std::size_t>(std::max(0, status.current_count));
   }
 
   /// Waits until every matched reader has everything, at most `limit_ms`.

@@ -8,6 +8,7 @@
 
 #include "client/bridge/betaflight/options.h"
 #include "client/bridge/mavlink/config.h"
+#include "client/bridge/px4/config.h"
 #include "client/flight/loop.h"
 #include "client/flight/supervisor_options.h"
 #include "common/base/result.h"
@@ -16,16 +17,16 @@
 /// The bridge's text file.
 namespace gatefield::bridge {
 
-enum class Firmware { kBetaflight, kMavlink };
+enum class Firmware { kBetaflight, kMavlink, kPx4 };
 
-/// As command lines and sections of the file name them: "betaflight", "mavlink".
+/// As command lines and sections of the file name them: "betaflight", "mavlink", "px4".
 const std::map<std::string, Firmware>& firmware_names();
 
 struct BridgeConfig {
   sdk::Options session;  ///< in real time, and driven by body rates
   flight::SupervisorOptions safety;
   flight::LoopOptions loop;
-  std::variant<betaflight::Options, MavlinkConfig> firmware;
+  std::variant<betaflight::Options, MavlinkConfig, Px4Config> firmware;
   std::vector<std::string> notes;  ///< what was taken otherwise than written, for the person whose file it is
 };
 
@@ -35,7 +36,8 @@ struct BridgeConfig {
 /// ("safety.hold_limit", "mavlink.link.port") and a sentence that names file, field, value and what was expected.
 /// Beyond each part's own checks:
 ///   - the section of `firmware` is there;
-///   - somebody can arm: safety.arm_by, mavlink.radio.arm and mavlink.arm_by_command agree.
+///   - somebody can arm: safety.arm_by, and radio.arm and arm_by_command of the section, agree;
+///   - for PX4 over DDS a person has said that its failsafe is good (safety.needs_firmware_failsafe: false).
 /// Thread-safe: yes.   Real-time safe: no.
 Result<BridgeConfig> load_config(const std::filesystem::path& file, Firmware firmware);
 

@@ -478,7 +478,7 @@ template <typename Generated, typename Message, typename Count>
 void throw_garbage(RecordingServer* log, Topic topic, const Message& good, Count&& count) {
   using namespace eprosima::fastdds::dds;
   auto stranger = must(Participant::open(own_domain(), "stranger", "", {}, [](const PeerEvent&) {}));
-  auto* dds_topic = stranger->topic(topic, TypeSupport(new RawType<Generated>()));
+  auto* dds_topic = stranger->topic(topic_name(topic), TypeSupport(new RawType<Generated>()));
   auto* publisher = stranger->raw()->create_publisher(PUBLISHER_QOS_DEFAULT);
   auto* raw = publisher->create_datawriter(dds_topic, writer_qos(topic, {}));
   ASSERT_NE(raw, nullptr);

@@ -104,7 +104,7 @@ TEST_F(Refusals, AClientOfVersion1IsToldInItsOwnVersion) {
   ASSERT_TRUE(reader.ok()) << reader.error();
 
   using Raw = RawType<wire::SessionRequestPubSubType>;
-  auto* const topic = client->topic(Topic::kSessionRequest, TypeSupport(new Raw()));
+  auto* const topic = client->topic(topic_name(Topic::kSessionRequest), TypeSupport(new Raw()));
   auto* const publisher = client->raw()->create_publisher(PUBLISHER_QOS_DEFAULT);
   auto* const writer = publisher->create_datawriter(topic, writer_qos(Topic::kSessionRequest, {}));
   ASSERT_NE(writer, nullptr);

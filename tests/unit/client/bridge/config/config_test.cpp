@@ -175,5 +175,54 @@ TEST_F(BridgeConfigFile, EveryFieldOfTheSchemaHasAPlace) {
   }
 }
 
+// ---- PX4 over DDS --------------------------------------------------------------------------------------------------
+
+constexpr const char* kFailsafeSeen = "safety { needs_firmware_failsafe: false } ";
+
+TEST_F(BridgeConfigFile, Px4HasItsSection) {
+  const auto config = load(std::string(kRacer) +
+                               "safety { arm_by: ITSELF needs_firmware_failsafe: false } thrust { exponent: 1.5 } "
+                               "px4 { release: '1.17' domain: 3 namespace: 'px4_1' own_component: 300 "
+                               "  vehicle_system: 2 stamps: ARRIVAL link_delay: 0.01 clock { most_error: 0.05 } "
+                               "  state { p_WL { x: 1 y: 2 z: 3 } yaw_WL_rad: 0.5 } radio_from: MANUAL_CONTROL "
+                               "  radio { kill: 6 } arm_by_command: true "
+                               "  versions { topic: 'vehicle_status' version: 2 } }",
+                           Firmware::kPx4);
+  ASSERT_TRUE(config) << config.error();
+  const auto& px4 = std::get<Px4Config>(config->firmware);
+  EXPECT_EQ(px4.bus.release, px4::Release::k1_17);
+  EXPECT_EQ(px4.bus.domain, 3U);
+  EXPECT_EQ(px4.bus.name_space, "px4_1");
+  EXPECT_EQ(px4.bus.versions.at("vehicle_status"), 2);
+  EXPECT_EQ(px4.own_component, 300);
+  EXPECT_EQ(px4.vehicle_system, 2);
+  EXPECT_EQ(px4.stamps, Stamps::kArrival);
+  EXPECT_EQ(px4.clock.most_error, 50ms);
+  EXPECT_EQ(px4.state.frame.p_WL, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(px4.radio_from, RadioFrom::kManualControl);
+  EXPECT_EQ(px4.radio.kill, 6);
+  EXPECT_TRUE(px4.arm_by_command);
+  EXPECT_EQ(px4.thrust.exponent, 1.5);
+  EXPECT_EQ(px4.quadrotor.mass_kg, config->session.quadrotor.mass_kg);
+}
+
+TEST_F(BridgeConfigFile, MistakesAboutPx4AreNamed) {
+  const auto field = [&](const std::string& section, const std::string& safety = kFailsafeSeen) {
+    return refused(kRacer + safety + section, Firmware::kPx4).field;
+  };
+  const auto px4 = [&](const std::string& fields) { return field("px4 { radio { arm: 5 } " + fields + " }"); };
+  EXPECT_EQ(field(kMavlink), "px4");
+  EXPECT_EQ(px4("release: '2.0'"), "px4.release");
+  EXPECT_EQ(px4("release: '1.16' domain: 300"), "px4.domain");
+  EXPECT_EQ(px4("release: '1.16' namespace: '/'"), "px4.namespace");
+  EXPECT_EQ(px4("release: '1.16' own_component: 70000"), "px4.own_component");
+  EXPECT_EQ(px4("release: '1.16' clock { most_error: 5 }"), "px4.clock.most_error");
+  EXPECT_EQ(px4("release: '1.16' versions { topic: 'wings' version: 1 }"), "px4.versions.topic");
+  EXPECT_EQ(field("px4 { release: '1.16' }"), "px4.radio.arm");
+  EXPECT_EQ(field("px4 { release: '1.16' }", "safety { arm_by: ITSELF needs_firmware_failsafe: false } "),
+            "px4.arm_by_command");
+  EXPECT_EQ(field("px4 { release: '1.16' radio { arm: 5 } }", ""), "safety.needs_firmware_failsafe");
+}
+
 }  // namespace
 }  // namespace gatefield::bridge
