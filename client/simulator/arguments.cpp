@@ -127,6 +127,20 @@ void declare(CLI::App* app, Arguments* a) {
                       "); where px4 connects to for its sensors (default: " + Px4Options().hil.address + ")")
       ->needs(controller)
       ->group("Firmware");
+  app->add_option("--firmware-setpoints", a->firmware_setpoints,
+                  "px4: a link on which it speaks MAVLink and takes setpoints, udp-listen:127.0.0.1:14540 (default: on "
+                  "the bus, through its uXRCE-DDS agent)")
+      ->needs(controller)
+      ->group("Firmware");
+  app->add_option("--px4-domain", a->px4_bus.domain, "px4: DDS domain of its agent")
+      ->check(CLI::Range(0, 232))
+      ->capture_default_str()
+      ->needs(controller)
+      ->group("Firmware");
+  app->add_option("--px4-release", a->px4_bus.release, "px4: its release, which decides topics and layouts: 1.15, ...")
+      ->transform(CLI::CheckedTransformer(px4::release_names()))
+      ->needs(controller)
+      ->group("Firmware");
   app->add_option("--pace", a->pace, "px4: seconds of simulation in a second at most; on a busy machine less than 1")
       ->check(CLI::Range(0.01, 20.0))
       ->capture_default_str()
@@ -204,6 +218,8 @@ Options race_options(const Arguments& a) {
     if (!a.firmware_address.empty()) options.firmware->address = a.firmware_address;
   } else if (a.flight_controller == "px4") {
     options.px4.emplace().pace = a.pace;
+    options.px4->setpoints = a.px4_bus;
+    if (!a.firmware_setpoints.empty()) options.px4->setpoints = a.firmware_setpoints;
     if (!a.firmware_address.empty()) options.px4->hil.address = a.firmware_address;
   }
   return options;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/bridge/mavlink/vehicle.h"
+#include "client/bridge/px4/vehicle.h"
 #include "client/simulator/plant.h"
 #include "client/simulator/simulation.h"
 #include "common/base/text.h"
@@ -26,6 +27,8 @@ constexpr Stamp kTurn = 120ms;          // of a turn that is asked for while the
 constexpr Stamp kStatusLimit = 2500ms;  // of PX4's word, which comes every second
 constexpr Stamp kStop = 300ms;          // of asking for stopped motors, after the race
 constexpr Stamp kSlip = 100ms;          // a machine later than this is not made up for
+constexpr Stamp kConnect = 30s;         // until the bridge hears it
+constexpr Stamp kLook = 200us;          // how often somebody looks who waits for the simulation's time
 constexpr double kTurn_rad_s = 0.4;
 constexpr double kSetpoints_hz = 250.0;
 constexpr const char* kAxisNames[] = {"x (roll)", "y (pitch)", "z (yaw)"};
@@ -69,14 +72,22 @@ firmware::SensorOptions seeded(firmware::SensorOptions sensors, std::uint64_t se
 }
 
 /// The simulation's clock for somebody who wants one of his own.
-class View final : public Clock {
+class View final : public flight::LoopClock {
  public:
-  explicit View(const Clock& clock) : clock_(clock) {}
+  explicit View(SteppedClock* clock) : clock_(*clock) {}
   Stamp now() const noexcept override { return clock_.now(); }
+  Stamp sleep_until(Stamp deadline) noexcept override { return clock_.sleep_until(deadline); }
 
  private:
-  const Clock& clock_;
+  SteppedClock& clock_;
 };
+
+Status check(const px4::BusOptions& bus) { return px4::validate(bus); }
+
+Status check(const std::string& link) {
+  const auto address = firmware::parse_address(link);
+  return address ? Status() : Status(address.failure().within("", "setpoints."));
+}
 
 }  // namespace
 
@@ -85,14 +96,21 @@ Status validate(const Px4Options& options) {
   if (!options.hil.lockstep)
     return Error::invalid("hil.lockstep", "false", "true: PX4's time is the simulation's here");
   if (Status status = firmware::validate(options.sensors); !status) return status.failure().within("PX4's sensors: ");
-  if (const auto link = firmware::parse_address(options.setpoint_link); !link)
-    return link.failure().within("PX4's setpoints: ", "setpoint_link.");
+  if (Status status = std::visit([](const auto& way) { return check(way); }, options.setpoints); !status)
+    return status.failure().within("PX4's setpoints: ");
   for (const auto& [field, value, least, most] :
        {std::tuple("thrust_model_factor", options.thrust_model_factor, 0.0, 1.0),
         std::tuple("pace", options.pace, 0.01, 20.0), std::tuple("arm_limit", seconds(options.arm_limit), 1.0, 300.0)})
     if (!(value >= least && value <= most))
       return Error::invalid(field, text(value), text(least) + " to " + text(most));
   return {};
+}
+
+Stamp SteppedClock::sleep_until(Stamp deadline) noexcept {
+  for (Stamp time = now();; time = now()) {
+    if (time >= deadline) return time;
+    std::this_thread::sleep_for(kLook);
+  }
 }
 
 Result<std::unique_ptr<Px4InLoop>> Px4InLoop::open(const Px4Options& options, const config::Scenario& scenario) {
@@ -137,28 +155,56 @@ Status Px4InLoop::boot(const QuadrotorState& held) {
 
 /// The bridge waits for answers, which need PX4's time to go on.
 Status Px4InLoop::connect(const QuadrotorState& held) {
+  std::jthread time([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      if (broken_) std::this_thread::sleep_for(Plant::kStep);  // who waits for answers has to come to the end of it
+      advance(held);
+    }
+  });
+  const Status joined = std::visit([this](const auto& way) { return join(way); }, options_.setpoints);
+  time.request_stop();
+  time.join();
+  if (broken_) return *broken_;
+  return joined ? Status() : Status(joined.failure().within("PX4's setpoints: "));
+}
+
+Status Px4InLoop::join(const px4::BusOptions& bus) {
+  bridge::Px4Config config;
+  config.bus = bus;
+  config.arm_by_command = true;
+  config.setpoint_rate_hz = kSetpoints_hz;
+  config.stamps = bridge::Stamps::kArrival;
+  config.thrust = thrust_options(model_, options_.thrust_model_factor);
+  config.quadrotor = model_;
+  config.connect_timeout = kConnect;
+  auto vehicle = bridge::Px4Vehicle::open(config, std::make_unique<View>(&clock_));
+  if (!vehicle) return vehicle.failure();
+  take(std::move(vehicle).value());
+  return {};
+}
+
+Status Px4InLoop::join(const std::string& link) {
   bridge::MavlinkConfig config;
-  config.link = options_.setpoint_link;
+  config.link = link;
   config.arm_by_command = true;
   config.setpoint_rate_hz = kSetpoints_hz;
   config.thrust = thrust_options(model_, options_.thrust_model_factor);
   config.quadrotor = model_;
-  auto link = firmware::open(*firmware::parse_address(config.link), config.connect_timeout);
-  if (!link) return link.failure().within("PX4's setpoints: ");
+  config.connect_timeout = kConnect;
+  auto opened = firmware::open(*firmware::parse_address(link), config.connect_timeout);
+  if (!opened) return opened.failure();
   auto vehicle =
-      std::make_unique<bridge::MavlinkVehicle>(config, std::move(link).value(), std::make_unique<View>(clock_));
-  std::jthread time([&](const std::stop_token& stop) {
-    while (!stop.stop_requested() && !broken_) advance(held);
-  });
-  const Status connected = vehicle->connect();
-  time.request_stop();
-  time.join();
-  if (broken_) return *broken_;
-  if (!connected) return connected.failure().within("PX4's setpoints: ");
+      std::make_unique<bridge::MavlinkVehicle>(config, std::move(opened).value(), std::make_unique<View>(&clock_));
+  if (Status status = vehicle->connect(); !status) return status;
+  take(std::move(vehicle));
+  return {};
+}
+
+template <typename Concrete>
+void Px4InLoop::take(std::unique_ptr<Concrete> vehicle) {
   thrust_ = &vehicle->thrust();
   name_ = vehicle->description().front();
   vehicle_ = std::move(vehicle);
-  return {};
 }
 
 /// A step of time, and of PX4 when its sample is due.

@@ -7,24 +7,28 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 
 #include "client/bridge/vehicle.h"
 #include "client/firmware/px4_hil/hil_link.h"
 #include "client/firmware/px4_hil/sensors.h"
+#include "client/flight/clock.h"
 #include "client/flight/thrust_estimate.h"
 #include "client/simulator/flight_controller_in_loop.h"
 #include "common/base/clock.h"
 #include "common/base/result.h"
 #include "common/config/scenario.h"
+#include "common/dds/px4/layout.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::simulator {
 
 /// Where PX4 is, what it is shown, and how setpoints get to it.
 struct Px4Options {
-  firmware::HilOptions hil;                                  ///< where it connects to for its sensors; in lockstep
-  firmware::SensorOptions sensors;                           ///< their errors; the seed is the scenario's
-  std::string setpoint_link = "udp-listen:127.0.0.1:14540";  ///< its MAVLink for setpoints
+  firmware::HilOptions hil;         ///< where it connects to for its sensors; in lockstep
+  firmware::SensorOptions sensors;  ///< their errors; the seed is the scenario's
+  /// How setpoints get to it: on the bus, through its uXRCE-DDS agent; or over MAVLink, a link of parse_address().
+  std::variant<px4::BusOptions, std::string> setpoints = px4::BusOptions();
   /// THR_MDL_FAC as it is set there, 0 to 1: rotors here give T = T_max o^2, so 1 makes thrust of its setpoints linear.
   double thrust_model_factor = 1.0;
   /// Simulated time against the machine's at most, 0.01 to 20: setpoints go to PX4 over links of the real world, and how
@@ -35,10 +39,11 @@ struct Px4Options {
 /// Says which field is wrong and why.
 Status validate(const Px4Options& options);
 
-/// Time that somebody steps and others read.
-class SteppedClock final : public Clock {
+/// Time that one thread steps; others read it, and wait for it. Thread-safe: yes.
+class SteppedClock final : public flight::LoopClock {
  public:
   Stamp now() const noexcept override { return Stamp(now_.load(std::memory_order_relaxed)); }
+  Stamp sleep_until(Stamp deadline) noexcept override;
   void advance(Stamp span) noexcept { now_.fetch_add(span.count(), std::memory_order_relaxed); }
 
  private:
@@ -87,6 +92,10 @@ class Px4InLoop final : public FlightControllerInLoop {
             std::unique_ptr<firmware::HilLink> hil);
   Status boot(const QuadrotorState& held);
   Status connect(const QuadrotorState& held);
+  Status join(const px4::BusOptions& bus);
+  Status join(const std::string& link);
+  template <typename Concrete>
+  void take(std::unique_ptr<Concrete> vehicle);
   void advance(const QuadrotorState& state) noexcept;
   void keep_pace() noexcept;
   bool due(Stamp now) noexcept;

@@ -45,7 +45,7 @@ class Px4BoardInTheLoop : public testing::Test {
   void SetUp() override {
     const std::uint16_t simulator = test::free_port("tcp-listen"), bridge = test::free_port("udp-listen");
     px4.hil.address = "tcp-listen:127.0.0.1:" + std::to_string(simulator);
-    px4.setpoint_link = "udp-listen:127.0.0.1:" + std::to_string(bridge);
+    px4.setpoints = "udp-listen:127.0.0.1:" + std::to_string(bridge);
     px4.thrust_model_factor = 0.0;  // outputs of the board are its throttle
     px4.pace = 4.0;
     px4.arm_limit = 20s;
@@ -145,8 +145,8 @@ TEST(Px4InTheLoop, WhatMakesNoSenseIsRefused) {
   px4.hil.lockstep = false;
   EXPECT_EQ(refused(circle(), px4), "hil.lockstep");
   px4 = kUsual;
-  px4.setpoint_link = "smoke:signals";
-  EXPECT_EQ(refused(circle(), px4), "setpoint_link.kind");
+  px4.setpoints = "smoke:signals";
+  EXPECT_EQ(refused(circle(), px4), "setpoints.kind");
   config::Scenario scenario = circle();
   scenario.vehicle.actuation.kind = Actuation::Kind::kRotorThrusts;
   EXPECT_EQ(refused(scenario, kUsual), "actuation");
@@ -170,6 +170,7 @@ class RealPx4InTheLoop : public testing::Test {
   void SetUp() override {
     if (test::RealPx4::program().empty())
       GTEST_SKIP() << "left out: GATEFIELD_PX4_SITL names no program (bin/px4 of a PX4 built for the target SITL)";
+    px4.setpoints = "udp-listen:127.0.0.1:14540";
     firmware = std::make_unique<test::RealPx4>(folder, test::px4_settings(scenario.vehicle.quadrotor));
   }
   void TearDown() override {
@@ -180,17 +181,18 @@ class RealPx4InTheLoop : public testing::Test {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("gatefield-px4-" + std::to_string(getpid()));
   config::Scenario scenario = circle();
+  Px4Options px4;
   std::unique_ptr<test::RealPx4> firmware;
 };
 
 TEST_F(RealPx4InTheLoop, FliesALap) {
-  const auto report = race(scenario, kUsual);
+  const auto report = race(scenario, px4);
   ASSERT_TRUE(report.ok()) << report.error();
   EXPECT_EQ(report->outcome, Outcome::kFinished) << summarize(*report);
 }
 
 TEST_F(RealPx4InTheLoop, KilledInMidRaceItEndsTheRaceWithItsOwnOutcome) {
-  const auto report = race(scenario, kUsual, [&](const Progress& progress) {
+  const auto report = race(scenario, px4, [&](const Progress& progress) {
     if (progress.race_time_s > 0.2) firmware->kill();
   });
   ASSERT_TRUE(report.ok()) << report.error();
