@@ -136,7 +136,8 @@ void fill(google::protobuf::Message* message) {
     const FieldDescriptor* field = message->GetDescriptor()->field(i);
     switch (field->cpp_type()) {
       case FieldDescriptor::CPPTYPE_MESSAGE:
-        fill(reflection->MutableMessage(message, field));
+        fill(field->is_repeated() ? reflection->AddMessage(message, field)
+                                  : reflection->MutableMessage(message, field));
         break;
       case FieldDescriptor::CPPTYPE_BOOL:
         reflection->SetBool(message, field, true);
@@ -157,12 +158,13 @@ void fill(google::protobuf::Message* message) {
 }
 
 TEST_F(BridgeConfigFile, EveryFieldOfTheSchemaHasAPlace) {
-  for (const Firmware firmware : {Firmware::kMavlink, Firmware::kBetaflight}) {
+  for (const Firmware firmware : {Firmware::kMavlink, Firmware::kBetaflight, Firmware::kPx4}) {
     BridgeFile file;
     fill(&file);
     file.set_vehicle("racer-rates");
     file.set_course("one-gate");
     file.mutable_session()->set_name("drone");
+    file.mutable_px4()->set_release("1.16");
     for (const auto* section : {"session", "safety", "thrust", "mavlink"}) {
       // Sections are read one after the other, and each stops at its first mistake: one at a time.
       BridgeFile only = file;
