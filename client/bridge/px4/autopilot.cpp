@@ -220,7 +220,6 @@ std::optional<flight::ControllerStatus> Px4Autopilot::status(Stamp now) const no
 
 Px4Report Px4Autopilot::report(Stamp now) const noexcept {
   Px4Report report;
-  report.anything = heard_.has_value();
   if (heard_) report.silent_for = now - *heard_;
   if (status_) {
     report.status = status_->value;
@@ -234,9 +233,7 @@ Px4Report Px4Autopilot::report(Stamp now) const noexcept {
   report.round_trip = stamps_.round_trip();
   report.states = odometer_.states();
   report.no_state = no_state_;
-  report.state_age = odometer_.age();
   report.wrong_age = odometer_.wrong_age();
-  report.jumps = odometer_.jumps();
   report.mode = desk_.fate(Command::kDoSetMode);
   report.arming = desk_.fate(Command::kArmDisarm);
   report.taken_away = pursuit_.taken_away();

@@ -60,7 +60,8 @@ std::vector<std::string> description(const Px4Report& report, const Px4Config& c
                   std::string(px4::name(config.bus.release)));
   if (config.stamps == Stamps::kTimeSync)
     lines.push_back("its states are " + milliseconds(report.least_age) +
-                    " old at least; it knows its agent's clock to " + milliseconds(report.own_error) + ", round trip " +
+                    " old at least; it knows its agent's clock to " +
+                    milliseconds(std::max(report.own_error, -report.own_error)) + ", round trip " +
                     milliseconds(report.round_trip));
   return lines;
 }
@@ -78,7 +79,8 @@ std::vector<std::string> complaints(const Px4Report& report, const BusReport& bu
   const Stamp silent = std::max(report.silent_for, report.status_age - Px4Autopilot::kStatusLost);
   if (silent > Stamp{std::chrono::seconds(1)})
     add("PX4 has been silent for " + fixed(seconds(silent), 1) +
-        " s; when its agent was started again PX4 does not come back by itself: start PX4 (or its uxrce_dds_client) "
+        " s; when its agent was started again PX4 does not always come back by itself: start PX4 (or its "
+        "uxrce_dds_client) "
         "again");
   if (report.stranger)
     add("vehicles " + text(report.status->system_id) + " and " + text(report.stranger_system) +
