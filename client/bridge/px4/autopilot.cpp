@@ -210,7 +210,10 @@ std::optional<flight::ControllerStatus> Px4Autopilot::status(Stamp now) const no
   status.own_failsafe =
       (heard.failsafe && !heard.failsafe_and_user_took_over) || heard.nav_state == px4::kNavTermination;
   if (landed_ && now - landed_->at <= kLandLost) status.on_ground = landed_->value;
-  if (pilot_ && now - pilot_->at <= kRadioLost) status.pilot = pilot_->value;
+  if (pilot_ && now - pilot_->at <= kRadioLost) {
+    status.pilot = pilot_->value;
+    status.pilot_stamp = pilot_->at;
+  }
   status.battery_v = battery_v_;
   if (force_z_ && now - force_z_->at <= kFeltLost) status.specific_force_z_m_s2 = force_z_->value;
   if (attitude_at_ && now - *attitude_at_ <= kFeltLost) status.q_WB = odometer_.attitude();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <string_view>
-#include <utility>
 
 #include "common/base/text.h"
 
@@ -68,8 +67,8 @@ std::vector<std::string> description(const Px4Report& report, const Px4Config& c
 
 std::vector<std::string> complaints(const Px4Report& report, const BusReport& bus, const Px4Config& config) {
   std::vector<std::string> sentences;
-  const auto add = [&sentences](std::string sentence) {
-    if (!sentence.empty()) sentences.push_back(std::move(sentence));
+  const auto add = [&sentences](const std::string& sentence) {
+    if (!sentence.empty()) sentences.push_back(sentence);
   };
   if (!report.status) {
     add(missing_status(report, bus, config));
@@ -92,7 +91,7 @@ std::vector<std::string> complaints(const Px4Report& report, const BusReport& bu
   add(complaint("arming", report.arming, said));
   if (report.taken_away) add("PX4 has left our setpoints by itself or by its pilot; release it, then ask again");
   if (report.refused_setpoints > 0) add(text(report.refused_setpoints) + " setpoints were out of range and not sent");
-  if (bus.rejected > 0) add(text(bus.rejected) + " messages were refused, the last because " + bus.why->message);
+  if (bus.rejected > 0) add(text(bus.rejected) + " messages were refused, the last: " + bus.why->message);
   if (bus.not_sent > 0) add(text(bus.not_sent) + " messages were not taken by the middleware; look at the network");
   return sentences;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -32,7 +33,8 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   /// Joins PX4's domain and waits for PX4.
   /// Errors: those of validate(config) and px4::Endpoint::create(); kNoAnswer when nothing of PX4 comes within
   /// connect_timeout, with what is on the bus instead (another release, another namespace) and the next step.
-  static Result<std::unique_ptr<Px4Vehicle>> open(const Px4Config& config);
+  /// @param cancel  when it becomes true, waiting ends as if nothing more had been heard; null: nothing ends it early
+  static Result<std::unique_ptr<Px4Vehicle>> open(const Px4Config& config, const std::atomic<bool>* cancel = nullptr);
   /// @pre validate(config)
   explicit Px4Vehicle(const Px4Config& config);
   ~Px4Vehicle() override;
@@ -53,7 +55,7 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   void keep_alive(std::chrono::nanoseconds span) noexcept { sleep_until(now() + span); }
 
  private:
-  Status connect();
+  Status connect(const std::atomic<bool>* cancel);
   BusReport bus_report() const;
 
   Stamp now() const noexcept override { return real_time_.now(); }

@@ -81,7 +81,7 @@ TEST(Px4ReportSentences, ClocksStatesStrangersAndRefusalsAreTold) {
   const auto sentences = complaints(bench.report(), bus, bench_config());
   EXPECT_THAT(sentences, Contains(HasSubstr("arming was refused: denied")));
   EXPECT_THAT(sentences, Contains(HasSubstr("vehicles 1 and 3 speak on the same topics")));
-  EXPECT_THAT(sentences, Contains(HasSubstr("2 messages were refused, the last because of a reason")));
+  EXPECT_THAT(sentences, Contains(HasSubstr("2 messages were refused, the last: of a reason")));
 }
 
 }  // namespace
