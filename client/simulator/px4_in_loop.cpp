@@ -177,7 +177,7 @@ Status Px4InLoop::join(const px4::BusOptions& bus) {
   config.thrust = thrust_options(model_, options_.thrust_model_factor);
   config.quadrotor = model_;
   config.connect_timeout = kConnect;
-  auto vehicle = bridge::Px4Vehicle::open(config, std::make_unique<View>(&clock_));
+  auto vehicle = bridge::Px4Vehicle::open(config, nullptr, std::make_unique<View>(&clock_));
   if (!vehicle) return vehicle.failure();
   take(std::move(vehicle).value());
   return {};

@@ -20,7 +20,7 @@ Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, con
   std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer), std::move(on_writer)));
   try {
     self->participant_ = DomainParticipantFactory::get_instance()->create_participant(
-        domain, participant_qos(domain, name, user_data), self.get(), StatusMask::none());
+        domain, participant_qos(domain, name, user_data, transport), self.get(), StatusMask::none());
   } catch (const std::exception& problem) {
     return Error{"the DDS participant in domain " + std::to_string(domain) +
                  " could not be created: " + problem.what()};
@@ -68,7 +68,7 @@ void Participant::on_participant_discovery(DomainParticipant*, ParticipantDiscov
 }
 
 void Participant::on_publisher_discovery(DomainParticipant*, WriterDiscoveryInfo&& info) {
-  if (!on_writer_) return;
+  if (!on_writer_ || info.status == WriterDiscoveryInfo::CHANGED_QOS_WRITER) return;
   on_writer_({info.info.topicName().to_string(), info.status == WriterDiscoveryInfo::REMOVED_WRITER});
 }
 

@@ -6,7 +6,9 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "common/dds/participant.h"
 #include "common/dds/px4/wire_type.h"
@@ -153,10 +155,15 @@ class Bus final : public Px4Bus {
     modes_ = reader<wire::OffboardControlMode_PubSubType, px4::OffboardControlMode>();
     rates_ = reader<wire::VehicleRatesSetpoint_PubSubType, px4::VehicleRatesSetpoint>();
     commands_ = reader<wire::VehicleCommand_PubSubType, px4::VehicleCommand>();
+    open_writers(static_cast<px4::Message*>(nullptr));
   }
 
   void write(const px4::Message& message) override {
-    std::visit([this](const auto& content) { write_kind(content); }, message);
+    std::visit(
+        [this]<typename Kind>(const Kind& content) {
+          with_type<Kind>([&]<typename Generated>(Tag<Generated>) { write_as<Generated>(content); });
+        },
+        message);
   }
 
   std::vector<Heard> heard() override {
@@ -165,33 +172,42 @@ class Bus final : public Px4Bus {
   }
 
  private:
-  template <typename Kind>
-  void write_kind(const Kind& message) {
-    write_as<typename TypeOf<Kind>::Type>(message);
-  }
-  void write_kind(const px4::VehicleStatus& message) {
-    switch (options_.release) {
-      case px4::Release::k1_15:
-        return write_as<wire::VehicleStatusV0_PubSubType>(message);
-      case px4::Release::k1_18:
-        return write_as<wire::VehicleStatusV4_PubSubType>(message);
-      default:
-        return write_as<wire::VehicleStatusV1_PubSubType>(message);
+  template <typename Generated>
+  struct Tag {};
+
+  /// Calls `use` with the wire type that the release has for this kind of message.
+  template <typename Kind, typename Use>
+  void with_type(Use use) {
+    const px4::Release release = options_.release;
+    if constexpr (std::is_same_v<Kind, px4::VehicleStatus>) {
+      if (release == px4::Release::k1_15) return use(Tag<wire::VehicleStatusV0_PubSubType>());
+      if (release == px4::Release::k1_18) return use(Tag<wire::VehicleStatusV4_PubSubType>());
+      use(Tag<wire::VehicleStatusV1_PubSubType>());
+    } else if constexpr (std::is_same_v<Kind, px4::BatteryStatus>) {
+      if (release == px4::Release::k1_15) return use(Tag<wire::BatteryStatusFiltered_PubSubType>());
+      if (release == px4::Release::k1_16) return use(Tag<wire::BatteryStatusV0_PubSubType>());
+      use(Tag<wire::BatteryStatusV1_PubSubType>());
+    } else if constexpr (std::is_same_v<Kind, px4::InputRc>) {
+      if (release == px4::Release::k1_18) return use(Tag<wire::InputRcWithFrameRate_PubSubType>());
+      use(Tag<wire::InputRc_PubSubType>());
+    } else {
+      use(Tag<typename TypeOf<Kind>::Type>());
     }
   }
-  void write_kind(const px4::BatteryStatus& message) {
-    switch (options_.release) {
-      case px4::Release::k1_15:
-        return write_as<wire::BatteryStatusFiltered_PubSubType>(message);
-      case px4::Release::k1_16:
-        return write_as<wire::BatteryStatusV0_PubSubType>(message);
-      default:
-        return write_as<wire::BatteryStatusV1_PubSubType>(message);
-    }
+
+  template <typename... Kinds>
+  void open_writers(std::variant<Kinds...>*) {
+    (with_type<Kinds>([&]<typename Generated>(Tag<Generated>) { open_writer<Generated, Kinds>(); }), ...);
   }
-  void write_kind(const px4::InputRc& message) {
-    if (options_.release == px4::Release::k1_18) return write_as<wire::InputRcWithFrameRate_PubSubType>(message);
-    write_as<wire::InputRc_PubSubType>(message);
+
+  template <typename Generated, typename Kind>
+  void open_writer() {
+    auto* topic = participant_->topic(px4::topic_from_px4(options_, Kind::kTopic),
+                                      TypeSupport(new px4::WireType<Generated, Kind>()));
+    DataWriterQos qos = dds::foreign_setpoint_qos();
+    qos.durability().kind = TRANSIENT_LOCAL_DURABILITY_QOS;
+    writers_[Kind::kTopic] =
+        participant_->raw()->create_publisher(PUBLISHER_QOS_DEFAULT)->create_datawriter(topic, qos);
   }
 
   template <typename Generated, typename Kind>
@@ -199,15 +215,7 @@ class Bus final : public Px4Bus {
     typename Generated::type sample;
     fill(message, &sample);
     sample.timestamp(message.timestamp);
-    DataWriter*& writer = writers_[Kind::kTopic];
-    if (writer == nullptr) {  // as PX4 does: with the first message
-      auto* topic = participant_->topic(px4::topic_from_px4(options_, Kind::kTopic),
-                                        TypeSupport(new px4::WireType<Generated, Kind>()));
-      DataWriterQos qos = dds::foreign_setpoint_qos();
-      qos.durability().kind = TRANSIENT_LOCAL_DURABILITY_QOS;
-      writer = participant_->raw()->create_publisher(PUBLISHER_QOS_DEFAULT)->create_datawriter(topic, qos);
-    }
-    writer->write(&sample);
+    writers_.at(Kind::kTopic)->write(&sample);
   }
 
   template <typename Generated, typename Kind>

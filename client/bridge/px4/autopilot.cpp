@@ -210,7 +210,10 @@ std::optional<flight::ControllerStatus> Px4Autopilot::status(Stamp now) const no
   status.own_failsafe =
       (heard.failsafe && !heard.failsafe_and_user_took_over) || heard.nav_state == px4::kNavTermination;
   if (landed_ && now - landed_->at <= kLandLost) status.on_ground = landed_->value;
-  if (pilot_ && now - pilot_->at <= kRadioLost) status.pilot = pilot_->value;
+  if (pilot_ && now - pilot_->at <= kRadioLost) {
+    status.pilot = pilot_->value;
+    status.pilot_stamp = pilot_->at;
+  }
   status.battery_v = battery_v_;
   if (force_z_ && now - force_z_->at <= kFeltLost) status.specific_force_z_m_s2 = force_z_->value;
   if (attitude_at_ && now - *attitude_at_ <= kFeltLost) status.q_WB = odometer_.attitude();
@@ -220,7 +223,6 @@ std::optional<flight::ControllerStatus> Px4Autopilot::status(Stamp now) const no
 
 Px4Report Px4Autopilot::report(Stamp now) const noexcept {
   Px4Report report;
-  report.anything = heard_.has_value();
   if (heard_) report.silent_for = now - *heard_;
   if (status_) {
     report.status = status_->value;
@@ -234,9 +236,7 @@ Px4Report Px4Autopilot::report(Stamp now) const noexcept {
   report.round_trip = stamps_.round_trip();
   report.states = odometer_.states();
   report.no_state = no_state_;
-  report.state_age = odometer_.age();
   report.wrong_age = odometer_.wrong_age();
-  report.jumps = odometer_.jumps();
   report.mode = desk_.fate(Command::kDoSetMode);
   report.arming = desk_.fate(Command::kArmDisarm);
   report.taken_away = pursuit_.taken_away();

@@ -27,15 +27,13 @@ struct Px4Report {
   std::optional<px4::VehicleStatus> status;  ///< its newest; empty: none yet
   Stamp silent_for{0};                       ///< since anything of it was heard
   Stamp status_age{0};                       ///< since its status was heard
-  bool anything = false;                     ///< some message was heard
   bool stranger = false;                     ///< another vehicle speaks on the same topics
   std::uint8_t stranger_system = 0;          ///< its number
   StampCheck::Trouble clock = StampCheck::Trouble::kNone;
   Stamp least_age{0}, own_error{0}, round_trip{0};
   std::uint64_t states = 0;
   NoState no_state = NoState::kNotPaired;  ///< why the newest odometry was no state
-  Stamp state_age{0}, wrong_age{0};        ///< as of Odometer
-  std::uint64_t jumps = 0;
+  Stamp wrong_age{0};                      ///< as of Odometer
   CommandFate mode, arming;
   bool taken_away = false;              ///< as Pursuit
   std::uint64_t refused_setpoints = 0;  ///< not finite or out of range, so not sent

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <string_view>
-#include <utility>
 
 #include "common/base/text.h"
 
@@ -60,15 +59,16 @@ std::vector<std::string> description(const Px4Report& report, const Px4Config& c
                   std::string(px4::name(config.bus.release)));
   if (config.stamps == Stamps::kTimeSync)
     lines.push_back("its states are " + milliseconds(report.least_age) +
-                    " old at least; it knows its agent's clock to " + milliseconds(report.own_error) + ", round trip " +
+                    " old at least; it knows its agent's clock to " +
+                    milliseconds(std::max(report.own_error, -report.own_error)) + ", round trip " +
                     milliseconds(report.round_trip));
   return lines;
 }
 
 std::vector<std::string> complaints(const Px4Report& report, const BusReport& bus, const Px4Config& config) {
   std::vector<std::string> sentences;
-  const auto add = [&sentences](std::string sentence) {
-    if (!sentence.empty()) sentences.push_back(std::move(sentence));
+  const auto add = [&sentences](const std::string& sentence) {
+    if (!sentence.empty()) sentences.push_back(sentence);
   };
   if (!report.status) {
     add(missing_status(report, bus, config));
@@ -78,7 +78,8 @@ std::vector<std::string> complaints(const Px4Report& report, const BusReport& bu
   const Stamp silent = std::max(report.silent_for, report.status_age - Px4Autopilot::kStatusLost);
   if (silent > Stamp{std::chrono::seconds(1)})
     add("PX4 has been silent for " + fixed(seconds(silent), 1) +
-        " s; when its agent was started again PX4 does not come back by itself: start PX4 (or its uxrce_dds_client) "
+        " s; when its agent was started again PX4 does not always come back by itself: start PX4 (or its "
+        "uxrce_dds_client) "
         "again");
   if (report.stranger)
     add("vehicles " + text(report.status->system_id) + " and " + text(report.stranger_system) +
@@ -90,7 +91,7 @@ std::vector<std::string> complaints(const Px4Report& report, const BusReport& bu
   add(complaint("arming", report.arming, said));
   if (report.taken_away) add("PX4 has left our setpoints by itself or by its pilot; release it, then ask again");
   if (report.refused_setpoints > 0) add(text(report.refused_setpoints) + " setpoints were out of range and not sent");
-  if (bus.rejected > 0) add(text(bus.rejected) + " messages were refused, the last because " + bus.why->message);
+  if (bus.rejected > 0) add(text(bus.rejected) + " messages were refused, the last: " + bus.why->message);
   if (bus.not_sent > 0) add(text(bus.not_sent) + " messages were not taken by the middleware; look at the network");
   return sentences;
 }

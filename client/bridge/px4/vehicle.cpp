@@ -16,11 +16,11 @@ constexpr Stamp kSettleTimeout = 3s;  // first states, after PX4 was heard
 
 }  // namespace
 
-Result<std::unique_ptr<Px4Vehicle>> Px4Vehicle::open(const Px4Config& config,
+Result<std::unique_ptr<Px4Vehicle>> Px4Vehicle::open(const Px4Config& config, const std::atomic<bool>* cancel,
                                                      std::unique_ptr<flight::LoopClock> clock) {
   if (Status status = validate(config); !status) return status.failure();
   auto vehicle = std::make_unique<Px4Vehicle>(config, std::move(clock));
-  if (Status status = vehicle->connect(); !status) return status.failure();
+  if (Status status = vehicle->connect(cancel); !status) return status.failure();
   return vehicle;
 }
 
@@ -29,19 +29,20 @@ Px4Vehicle::Px4Vehicle(const Px4Config& config, std::unique_ptr<flight::LoopCloc
 
 Px4Vehicle::~Px4Vehicle() = default;
 
-Status Px4Vehicle::connect() {
+Status Px4Vehicle::connect(const std::atomic<bool>* cancel) {
+  const auto cancelled = [cancel] { return cancel != nullptr && *cancel; };
   auto endpoint = px4::Endpoint::create(config_.bus, this);
   if (!endpoint) return endpoint.failure();
   endpoint_ = std::move(endpoint).value();
   const Stamp begin = now();
-  while (!report().status && now() - begin < config_.connect_timeout) keep_alive(20ms);
+  while (!report().status && !cancelled() && now() - begin < config_.connect_timeout) keep_alive(20ms);
   if (!report().status) {
     std::string sentence;
     for (const std::string& each : complaints()) sentence += (sentence.empty() ? "" : "; ") + each;
     return Error(sentence, ErrorCode::kNoAnswer, "release");
   }
   const Stamp heard = now();
-  while (report().states == 0 && now() - heard < kSettleTimeout) keep_alive(20ms);
+  while (report().states == 0 && !cancelled() && now() - heard < kSettleTimeout) keep_alive(20ms);
   return {};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -32,10 +33,12 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   /// Joins PX4's domain and waits for PX4.
   /// Errors: those of validate(config) and px4::Endpoint::create(); kNoAnswer when nothing of PX4 comes within
   /// connect_timeout, with what is on the bus instead (another release, another namespace) and the next step.
-  /// @param clock  by which it lives, read on the middleware's threads, too: the machine's, or that of a simulation that
-  ///               PX4 runs by in lockstep (with stamps of Stamps::kArrival)
+  /// @param cancel  when it becomes true, waiting ends as if nothing more had been heard; null: nothing ends it early
+  /// @param clock   by which it lives, read on the middleware's threads, too: the machine's, or that of a simulation that
+  ///                PX4 runs by in lockstep (with stamps of Stamps::kArrival)
   static Result<std::unique_ptr<Px4Vehicle>> open(
-      const Px4Config& config, std::unique_ptr<flight::LoopClock> clock = std::make_unique<flight::RealTimeClock>());
+      const Px4Config& config, const std::atomic<bool>* cancel = nullptr,
+      std::unique_ptr<flight::LoopClock> clock = std::make_unique<flight::RealTimeClock>());
   /// @pre validate(config)
   explicit Px4Vehicle(const Px4Config& config,
                       std::unique_ptr<flight::LoopClock> clock = std::make_unique<flight::RealTimeClock>());
@@ -57,7 +60,7 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   void keep_alive(std::chrono::nanoseconds span) noexcept { sleep_until(now() + span); }
 
  private:
-  Status connect();
+  Status connect(const std::atomic<bool>* cancel);
   BusReport bus_report() const;
 
   Stamp now() const noexcept override { return clock_->now(); }

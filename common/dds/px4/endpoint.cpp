@@ -49,22 +49,18 @@ class KindReader final : public AnyReader {
 class BusEndpoint final : public Endpoint {
  public:
   Status open(const BusOptions& options, Handler* handler) {
+    dds::TransportOptions transport;
+    transport.on_packets_dropped = [handler](const dds::DroppedPackets& dropped) {
+      handler->on_rejected({}, Error(in_words(dropped)));
+    };
     auto participant = dds::Participant::open(
-        options.domain, "gatefield-bridge px4", "gatefield-bridge", {}, [](const dds::PeerEvent&) {},
+        options.domain, "gatefield-bridge px4", "gatefield-bridge", transport, [](const dds::PeerEvent&) {},
         [this](const dds::WriterEvent& event) { take(event); });
     if (Status status = dds::keep(std::move(participant), &participant_); !status) return status;
     if (Status status = open_readers(options, handler); !status) return status;
     if (Status status = open_writer(options, &modes_, OffboardControlMode::kTopic); !status) return status;
     if (Status status = open_writer(options, &rates_, VehicleRatesSetpoint::kTopic); !status) return status;
     return open_writer(options, &commands_, VehicleCommand::kTopic);
-  }
-
-  ~BusEndpoint() override {
-    readers_.clear();
-    modes_.reset();
-    rates_.reset();
-    commands_.reset();
-    participant_.reset();
   }
 
   bool publish(const OffboardControlMode& message) noexcept override { return write(modes_.get(), message); }
@@ -80,11 +76,12 @@ class BusEndpoint final : public Endpoint {
   void take(const dds::WriterEvent& event) {
     if (event.topic.find("fmu/out/") == std::string::npos) return;
     const std::lock_guard lock(mutex_);
-    if (event.gone) {
-      if (const auto one = offered_.find(event.topic); one != offered_.end()) offered_.erase(one);
-    } else if (offered_.size() < kMostOffered) {
-      offered_.insert(event.topic);
+    if (!event.gone) {
+      if (offered_.size() < kMostOffered) offered_.insert(event.topic);
+      return;
     }
+    const auto one = offered_.find(event.topic);
+    if (one != offered_.end()) offered_.erase(one);
   }
 
   template <typename Generated, typename Kind>
@@ -144,13 +141,13 @@ class BusEndpoint final : public Endpoint {
 
   static constexpr std::size_t kMostOffered = 1000;  // a bus full of vehicles is still told apart
 
-  std::unique_ptr<dds::Participant> participant_;
+  mutable std::mutex mutex_;
+  std::multiset<std::string> offered_;
+  std::unique_ptr<dds::Participant> participant_;  // after what it calls for, before what lives on it
   std::vector<std::unique_ptr<AnyReader>> readers_;
   std::unique_ptr<dds::Writer<wire::OffboardControlMode_PubSubType>> modes_;
   std::unique_ptr<dds::Writer<wire::VehicleRatesSetpoint_PubSubType>> rates_;
   std::unique_ptr<dds::Writer<wire::VehicleCommand_PubSubType>> commands_;
-  mutable std::mutex mutex_;
-  std::multiset<std::string> offered_;
 };
 
 }  // namespace

@@ -18,7 +18,8 @@ class Handler {
  public:
   virtual ~Handler() = default;
   virtual void on_message(const Message& message) = 0;
-  /// A message was not taken: it is of another layout (kVersion), or a field is out of its range.
+  /// A message was not taken: it is of another layout (kVersion), or a field is out of its range. Of no topic: packets
+  /// that no DDS participant sends.
   virtual void on_rejected(std::string_view topic, const Error& why) = 0;
 };
 

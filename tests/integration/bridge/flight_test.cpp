@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <memory>
+#include <thread>
 
 #include "tests/integration/bridge/world.h"
 #include "tests/integration/race/programs.h"
@@ -72,6 +74,43 @@ TEST_F(BridgeFlight, AskedToStopInTheAirItLandsAndDisarms) {
   EXPECT_EQ(bridge.wait(60s).value_or(-1), 0) << bridge.output();
   EXPECT_TRUE(world.on_ground);
   EXPECT_FALSE(world.armed);
+}
+
+TEST_F(BridgeFlight, AnAutopilotThatDiesInTheAirEndsTheFlightAndIsTold) {
+  Process server = programs_.server("server.log");
+  MavlinkWorld world(link());
+  Process bridge = this->bridge();
+  ASSERT_TRUE(bridge.wait_for_output("checks_pass", 60s)) << bridge.output() << server.output();
+  world.arm_switch = true;
+  ASSERT_TRUE(bridge.wait_for_output("handed_over", 30s)) << bridge.output();
+  world.end();
+  // Without states and without its word: level by time, then motors off, though nobody may hear that any more.
+  EXPECT_EQ(bridge.wait(30s).value_or(-1), 4) << bridge.output();
+  EXPECT_NE(bridge.output().find("state_lost"), std::string::npos) << bridge.output();
+  EXPECT_NE(bridge.output().find("level_time_over"), std::string::npos) << bridge.output();
+}
+
+TEST_F(BridgeFlight, AnAutopilotThatDisarmsInTheAirIsNotArmedAgain) {
+  Process server = programs_.server("server.log");
+  MavlinkWorld world(link());
+  Process bridge = this->bridge();
+  ASSERT_TRUE(bridge.wait_for_output("checks_pass", 60s)) << bridge.output() << server.output();
+  world.arm_switch = true;
+  ASSERT_TRUE(bridge.wait_for_output("handed_over", 30s)) << bridge.output();
+  world.disarms = true;
+  EXPECT_EQ(bridge.wait(30s).value_or(-1), 0) << bridge.output();
+  EXPECT_NE(bridge.output().find("motors_off"), std::string::npos) << bridge.output();
+  EXPECT_FALSE(world.armed);
+}
+
+TEST_F(BridgeFlight, AnInterruptWhileNoServerAnswersEndsItAtOnce) {
+  MavlinkWorld world(link());
+  Process bridge = this->bridge();
+  std::this_thread::sleep_for(4s);  // of the 20 that joining may take
+  bridge.signal(SIGINT);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(bridge.wait(30s).value_or(-1), 0) << bridge.output();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 10s);
 }
 
 TEST_F(BridgeFlight, AnAutopilotThatDiesOnTheGroundIsTold) {

@@ -35,13 +35,13 @@ class World {
   }
 
   std::atomic<bool> arm_switch{false};
+  std::atomic<bool> disarms{false};  ///< the autopilot, by itself
   std::atomic<bool> passed{false};   ///< the gate of course one-gate, inside of its opening
   std::atomic<double> highest_m{0};  ///< that the vehicle was
   std::atomic<bool> armed{false}, on_ground{true};
 
  private:
   static constexpr Stamp kStep{std::chrono::milliseconds(1)};
-  static constexpr Stamp kArmsAfter{std::chrono::milliseconds(500)};  // the switch was on for this long
 
   void run() {
     flight::RealTimeClock clock;
@@ -55,17 +55,13 @@ class World {
     }
   }
 
+  /// The autopilot's own switch arms it at once; the radio's next word of that comes later than its status.
   void turn_switch(Stamp now) {
-    if (!arm_switch) {
-      on_since_ = now;
-      if (switched_on_) controller_->loop().arm_switch(now, false);
-      switched_on_ = false;
-    }
     controller_->radio_us[4] = arm_switch ? 1900 : 1000;
-    if (arm_switch && !switched_on_ && now - on_since_ >= kArmsAfter) {
-      switched_on_ = true;
-      controller_->loop().arm_switch(now, true);
-    }
+    if (disarms) controller_->loop().arm_switch(now, false);
+    if (arm_switch == switched_on_) return;
+    switched_on_ = arm_switch;
+    controller_->loop().arm_switch(now, switched_on_);
   }
 
   void move(Stamp now) {
@@ -101,7 +97,6 @@ class World {
   const QuadrotorModel model_ = model();
   const std::unique_ptr<Controller> controller_;
   const std::function<void(Controller*, Stamp)> serve_;
-  Stamp on_since_{0};
   bool switched_on_ = false;
   std::atomic<bool> ending_{false};
   std::thread thread_;

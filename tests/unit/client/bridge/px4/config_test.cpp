@@ -38,7 +38,7 @@ TEST(Px4Config, EveryFieldOutOfRangeIsNamed) {
       {"connect_timeout", [](auto* c) { c->connect_timeout = 1h; }},
       {"clock.most_error", [](auto* c) { c->clock.most_error = 0ms; }},
       {"clock.most_error", [](auto* c) { c->clock.most_error = 2s; }},
-      {"oldest_state", [](auto* c) { c->state.oldest = 2s; }},
+      {"state.oldest", [](auto* c) { c->state.oldest = 2s; }},
       {"radio.arm", [](auto* c) { c->radio.arm = 19; }},
       {"radio.arm",
        [](auto* c) {
