@@ -298,7 +298,7 @@ void Px4InLoop::arm(Stamp now) noexcept {
   }
 }
 
-/// A turn that is asked for and does not come, since the vehicle is held: its motors have to push that way, and no other.
+/// A turn that is asked for and does not come, since the vehicle is held: its motors have to push that way, no other.
 void Px4InLoop::turn(Stamp now) noexcept {
   if (now - phase_since_ <= kTurn) return;
   const Eigen::Vector3d pushed = turning() - before_turn_;

@@ -31,8 +31,8 @@ struct Px4Options {
   std::variant<px4::BusOptions, std::string> setpoints = px4::BusOptions();
   /// THR_MDL_FAC as it is set there, 0 to 1: rotors here give T = T_max o^2, so 1 makes thrust of its setpoints linear.
   double thrust_model_factor = 1.0;
-  /// Simulated time against the machine's at most, 0.01 to 20: setpoints go to PX4 over links of the real world, and how
-  /// old they are there in simulated time grows with it.
+  /// Simulated time against the machine's at most, 0.01 to 20: setpoints go to PX4 over links of the real world, and
+  /// how old they are there in simulated time grows with it.
   double pace = 1.0;
   Stamp arm_limit = std::chrono::seconds(60);  ///< simulated, from its first motors until it hovers; 1 to 300 s
 };
@@ -58,8 +58,8 @@ class SteppedClock final : public flight::LoopClock {
 ///
 /// with PX4's motors 1 to 4 front right, rear left, front left, rear right, as its quadrotors in X have them.
 ///
-/// While the vehicle is held, PX4 boots, finds its attitude, is armed and hovers. Then it is asked for a turn about each
-/// axis, and its motors are held against the vehicle's layout: a mixer that is set up for another vehicle is told
+/// While the vehicle is held, PX4 boots, finds its attitude, is armed and hovers. Then it is asked for a turn about
+/// each axis, and its motors are held against the vehicle's layout: a mixer that is set up for another vehicle is told
 /// before it flies (CA_ROTOR0_KM and the like).
 ///
 /// The race ends when motors do not come in time, when PX4 disarms, or leaves our setpoints.

@@ -34,8 +34,8 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   /// Errors: those of validate(config) and px4::Endpoint::create(); kNoAnswer when nothing of PX4 comes within
   /// connect_timeout, with what is on the bus instead (another release, another namespace) and the next step.
   /// @param cancel  when it becomes true, waiting ends as if nothing more had been heard; null: nothing ends it early
-  /// @param clock   by which it lives, read on the middleware's threads, too: the machine's, or that of a simulation that
-  ///                PX4 runs by in lockstep (with stamps of Stamps::kArrival)
+  /// @param clock   by which it lives, read on the middleware's threads, too: the machine's, or that of a simulation
+  ///                that PX4 runs by in lockstep (with stamps of Stamps::kArrival)
   static Result<std::unique_ptr<Px4Vehicle>> open(
       const Px4Config& config, const std::atomic<bool>* cancel = nullptr,
       std::unique_ptr<flight::LoopClock> clock = std::make_unique<flight::RealTimeClock>());
