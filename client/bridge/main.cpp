@@ -15,6 +15,7 @@
 #include "client/bridge/config/config.h"
 #include "client/bridge/flight_log.h"
 #include "client/bridge/mavlink/vehicle.h"
+#include "client/bridge/px4/vehicle.h"
 #include "client/bridge/sources/source.h"
 #include "client/bridge/terminal.h"
 #include "client/flight/clock.h"
@@ -53,12 +54,13 @@ void declare(CLI::App* app, Arguments* a) {
       "  gatefield-bridge mavlink --config racer.txt --check    what is there, and what stands in the way\n"
       "  gatefield-bridge mavlink --config racer.txt            one flight; Ctrl-C lands\n"
       "  gatefield-bridge betaflight --config racer.txt --check-motors    order of motors and signs, propellers off\n"
+      "  gatefield-bridge px4 --config racer.txt                the same with PX4 over its uXRCE-DDS agent\n"
       "\nExit code\n"
       "  0 landed, or never took off   1 killed, or somebody else flies it   2 bad input   3 no server, it refused, or "
       "no "
       "plan came\n"
       "  4 the link to the flight controller was lost\n");
-  app->add_option("firmware", a->firmware, "betaflight or mavlink")
+  app->add_option("firmware", a->firmware, "betaflight, mavlink or px4")
       ->required()
       ->transform(CLI::CheckedTransformer(firmware_names(), CLI::ignore_case));
   app->add_option("--config", a->config, "The bridge's text file (docs/flight-controllers.md)")->required();
@@ -91,6 +93,8 @@ Result<Opened> opened(Result<std::unique_ptr<Concrete>> vehicle) {
 Result<Opened> open_vehicle(const BridgeConfig& config, const Clock& clock) {
   if (const auto* options = std::get_if<betaflight::Options>(&config.firmware))
     return opened(betaflight::open(*options, config.session.quadrotor, clock));
+  if (const auto* px4 = std::get_if<Px4Config>(&config.firmware))
+    return opened(Px4Vehicle::open(*px4, &stop_requested));
   return opened(MavlinkVehicle::open(std::get<MavlinkConfig>(config.firmware), &stop_requested));
 }
 

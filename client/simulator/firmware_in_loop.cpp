@@ -34,32 +34,8 @@ flight::ThrustOptions thrust_options(const QuadrotorModel& model) {
   return thrust;
 }
 
-sdk::Setpoint hover_of(const QuadrotorModel& model) {
-  sdk::Setpoint setpoint;
-  setpoint.collective_thrust_n = model.mass_kg * kGravity_m_s2;
-  return setpoint;
-}
-
-/// What an accelerometer without errors feels.
-Eigen::Vector3d specific_force_B(const QuadrotorState& state, const Eigen::Vector3d& acceleration_W) noexcept {
-  const Eigen::Vector3d felt_W = acceleration_W + Eigen::Vector3d(0.0, 0.0, kGravity_m_s2);
-  return state.q_WB.conjugate() * felt_W;
-}
-
 sitl::Wire wire_of(const firmware::msp::FirmwareVersion& version) {
   return version.major == 2026 ? sitl::Wire::kSince2026 : sitl::Wire::kUntil2025;
-}
-
-Status check(const config::Scenario& scenario) {
-  if (scenario.vehicle.actuation.kind != Actuation::Kind::kBodyRates)
-    return Error::invalid("actuation", "rotor thrusts", "body rates: that is what a flight controller takes");
-  const config::Mismatch& mismatch = scenario.mismatch;
-  if (mismatch.rate_lag_factor != 1.0 || mismatch.setpoint_delay != Stamp{0})
-    return Error(
-        "mismatch: a rate loop's factor and a setpoint's delay are of the simulator's own rate loop, expected "
-        "none of them with a firmware in the loop",
-        ErrorCode::kInvalid, "mismatch");
-  return {};
 }
 
 }  // namespace
@@ -81,7 +57,7 @@ Status validate(const FirmwareOptions& options) {
 Result<std::unique_ptr<FirmwareInLoop>> FirmwareInLoop::open(const FirmwareOptions& options,
                                                              const config::Scenario& scenario) {
   if (auto status = validate(options); !status) return status.failure();
-  if (auto status = check(scenario); !status) return status.failure();
+  if (auto status = check_firmware_scenario(scenario); !status) return status.failure();
   const QuadrotorModel& told = scenario.vehicle.quadrotor;
   bridge::betaflight::Options bridge;
   bridge.link = *firmware::parse_address(options.address);
@@ -106,7 +82,7 @@ FirmwareInLoop::FirmwareInLoop(const FirmwareOptions& options, const QuadrotorMo
       vehicle_(std::move(vehicle)),
       exchange_(std::move(exchange)),
       name_(vehicle_->description().front()),
-      hover_(hover_of(model)) {}
+      hover_(hover_setpoint(model)) {}
 
 FirmwareInLoop::~FirmwareInLoop() {
   if (phase_ == Phase::kStanding) return;
@@ -125,22 +101,17 @@ FirmwareInLoop::~FirmwareInLoop() {
 /// reversed, and pushes the body the other way, about +z; its neighbours turn against it.
 Result<FirmwareInLoop::Places> FirmwareInLoop::places(const QuadrotorModel& model, bool yaw_reversed) {
   constexpr std::array kSpin{1, -1, -1, 1};
-  constexpr double kLeastSlant = 0.3;  // of the shorter side against the longer: a stretched X, but no plus
+  const auto found = corners(model);
+  if (!found) return found.failure();
   Places places{};
-  std::array<int, kRotors> rotors_at{};
   for (std::size_t rotor = 0; rotor < places.size(); ++rotor) {
-    const auto& arm = model.rotor_position_B_m[rotor];
-    places[rotor] = (arm.y() > 0 ? 2u : 0u) + (arm.x() > 0 ? 1u : 0u);
-    if (arm.cwiseAbs().minCoeff() > kLeastSlant * arm.cwiseAbs().maxCoeff()) ++rotors_at[places[rotor]];
-  }
-  if (std::any_of(rotors_at.begin(), rotors_at.end(), [](int count) { return count != 1; }))
-    return Error::invalid("quadrotor.rotor", "of another layout", "one rotor in each corner, as the firmware's QUADX");
-  for (std::size_t rotor = 0; rotor < places.size(); ++rotor)
+    places[rotor] = (*found)[rotor];
     if (model.rotor_spin[rotor] != (yaw_reversed ? -1 : 1) * kSpin[places[rotor]])
       return Error("the firmware's yaw_motors_reversed is " + std::string(yaw_reversed ? "ON" : "OFF") +
                        ", but the vehicle's rotors turn the other way; set yaw_motors_reversed = " +
                        (yaw_reversed ? "OFF" : "ON") + " in its command line, or turn torque_sign in the vehicle file",
                    ErrorCode::kInvalid, "yaw_motors_reversed");
+  }
   return places;
 }
 

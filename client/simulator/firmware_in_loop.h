@@ -7,6 +7,7 @@
 
 #include "client/bridge/betaflight/vehicle.h"
 #include "client/firmware/betaflight_sitl/exchange.h"
+#include "client/simulator/flight_controller_in_loop.h"
 #include "common/base/clock.h"
 #include "common/base/result.h"
 #include "common/config/scenario.h"
@@ -39,7 +40,7 @@ Status validate(const FirmwareOptions& options);
 ///
 /// It runs by the machine's clock, so the plant must, too.
 /// Thread-safe: no.   Real-time safe: step() yes (system calls, no allocation); the rest no.
-class FirmwareInLoop {
+class FirmwareInLoop final : public FlightControllerInLoop {
  public:
   /// Finds the firmware and holds its settings against the vehicle.
   /// Errors: those of validate(options) and betaflight::open(); kInvalid for a vehicle that is not driven by body rates
@@ -48,23 +49,14 @@ class FirmwareInLoop {
   /// ("mismatch").
   static Result<std::unique_ptr<FirmwareInLoop>> open(const FirmwareOptions& options, const config::Scenario& scenario);
   /// Has it disarmed; takes 0.3 s when it was armed.
-  ~FirmwareInLoop();
-  FirmwareInLoop(const FirmwareInLoop&) = delete;
-  FirmwareInLoop& operator=(const FirmwareInLoop&) = delete;
+  ~FirmwareInLoop() override;
 
-  /// A step of a vehicle that is held as it is.
-  void stand(const QuadrotorState& held) noexcept;
-  /// Armed and hovering; from here on step() may be called.
-  bool ready() const noexcept { return phase_ == Phase::kReady; }
-  /// A step of Plant::kStep in flight.
-  /// @return what each rotor of the vehicle is asked for, N
-  PlainVector4 step(const sdk::Setpoint& setpoint, const QuadrotorState& truth) noexcept;
-
-  bool well() const noexcept { return trouble_ == Trouble::kNone; }
-  /// @pre !well()
-  Error failure() const;
-  /// Link, firmware and version.
-  const std::string& name() const noexcept { return name_; }
+  void stand(const QuadrotorState& held) noexcept override;
+  bool ready() const noexcept override { return phase_ == Phase::kReady; }
+  PlainVector4 step(const sdk::Setpoint& setpoint, const QuadrotorState& truth) noexcept override;
+  bool well() const noexcept override { return trouble_ == Trouble::kNone; }
+  Error failure() const override;
+  const std::string& name() const noexcept override { return name_; }
 
  private:
   enum class Phase : std::uint8_t { kStanding, kArming, kSpinningUp, kReady };

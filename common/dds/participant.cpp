@@ -8,14 +8,16 @@ namespace gatefield::dds {
 
 using namespace eprosima::fastdds::dds;
 using eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
+using eprosima::fastrtps::rtps::WriterDiscoveryInfo;
 
 Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, const std::string& name,
                                                        const std::string& user_data, const TransportOptions& transport,
-                                                       std::function<void(const PeerEvent&)> on_peer) {
+                                                       std::function<void(const PeerEvent&)> on_peer,
+                                                       std::function<void(const WriterEvent&)> on_writer) {
   if (domain > kMaxDomain)
     return Error{"domain is " + std::to_string(domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
   prepare_process();
-  std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer)));
+  std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer), std::move(on_writer)));
   try {
     self->participant_ = DomainParticipantFactory::get_instance()->create_participant(
         domain, participant_qos(domain, name, user_data, transport), self.get(), StatusMask::none());
@@ -63,6 +65,11 @@ void Participant::on_participant_discovery(DomainParticipant*, ParticipantDiscov
   const auto& data = info.info.m_userData;
   event.user_data.assign(data.begin(), data.end());
   on_peer_(event);
+}
+
+void Participant::on_publisher_discovery(DomainParticipant*, WriterDiscoveryInfo&& info) {
+  if (!on_writer_ || info.status == WriterDiscoveryInfo::CHANGED_QOS_WRITER) return;
+  on_writer_({info.info.topicName().to_string(), info.status == WriterDiscoveryInfo::REMOVED_WRITER});
 }
 
 }  // namespace gatefield::dds

@@ -25,6 +25,12 @@ struct PeerEvent {
   std::string user_data;
 };
 
+/// A writer of the domain appeared, or went.
+struct WriterEvent {
+  std::string topic;
+  bool gone = false;
+};
+
 /// Moves what open() of a reader or writer gave to `place`, or says why there is none.
 template <typename T>
 Status keep(Result<std::unique_ptr<T>> opened, std::unique_ptr<T>* place) {
@@ -37,10 +43,12 @@ Status keep(Result<std::unique_ptr<T>> opened, std::unique_ptr<T>* place) {
 /// Thread-safe: yes.
 class Participant final : private eprosima::fastdds::dds::DomainParticipantListener {
  public:
-  /// `on_peer` runs on a thread of the middleware; it may be called before open() returns.
+  /// `on_peer` and `on_writer` run on threads of the middleware; they may be called before open() returns.
+  /// @param on_writer  may be empty
   static Result<std::unique_ptr<Participant>> open(std::uint32_t domain, const std::string& name,
                                                    const std::string& user_data, const TransportOptions& transport,
-                                                   std::function<void(const PeerEvent&)> on_peer);
+                                                   std::function<void(const PeerEvent&)> on_peer,
+                                                   std::function<void(const WriterEvent&)> on_writer = {});
   ~Participant() override;
 
   /// Announces something else from now on.
@@ -54,13 +62,17 @@ class Participant final : private eprosima::fastdds::dds::DomainParticipantListe
   eprosima::fastdds::dds::Topic* topic(const std::string& name, const eprosima::fastdds::dds::TypeSupport& type);
 
  private:
-  Participant(const TransportOptions& transport, std::function<void(const PeerEvent&)> on_peer)
-      : transport_(transport), on_peer_(std::move(on_peer)) {}
+  Participant(const TransportOptions& transport, std::function<void(const PeerEvent&)> on_peer,
+              std::function<void(const WriterEvent&)> on_writer)
+      : transport_(transport), on_peer_(std::move(on_peer)), on_writer_(std::move(on_writer)) {}
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
+  void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
+                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) override;
 
   TransportOptions transport_;
   std::function<void(const PeerEvent&)> on_peer_;
+  std::function<void(const WriterEvent&)> on_writer_;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
 };
 

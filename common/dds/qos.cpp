@@ -173,6 +173,12 @@ DataReaderQos foreign_reader_qos() {
 
 std::uint32_t first_port(std::uint32_t domain) { return 7400 + kPortsPerDomain * domain; }
 
+DataWriterQos foreign_setpoint_qos() {
+  DataWriterQos qos = foreign_writer_qos();
+  qos.publish_mode().kind = SYNCHRONOUS_PUBLISH_MODE;
+  return qos;
+}
+
 std::string command_partition(const std::string& vehicle) { return "gatefield/" + vehicle; }
 
 void prepare_process() {

@@ -35,6 +35,9 @@ eprosima::fastdds::dds::DataReaderQos foreign_reader_qos();
 /// The port at which a domain's participants call each other; theirs follow, up to the next domain's.
 std::uint32_t first_port(std::uint32_t domain);
 
+/// As foreign_writer_qos(), for small samples that are sent at once on the thread that writes them.
+eprosima::fastdds::dds::DataWriterQos foreign_setpoint_qos();
+
 /// The partition that a vehicle's commands travel in.
 std::string command_partition(const std::string& vehicle);
 

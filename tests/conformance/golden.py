@@ -4,7 +4,8 @@
 Written by hand from the rules of CDR (OMG CORBA 3.3, 9.3: align each primitive to its size, counted from behind the
 4 bytes of encapsulation; strings with length and final zero; sequences with length), so that it knows nothing of the
 code it checks. session_request_version_1.hex is what this made while the protocol's version was 1; it stays as it is.
-Run it again only when idl/gatefield.idl or idl/ros.idl changes and PROTOCOL_VERSION is raised:  tests/conformance/golden.py tests/data/wire
+Those that begin with px4_ are PX4's, by the layouts of its releases (px4_msgs, branches release/1.15 to release/1.18).
+Run it again only when idl/gatefield.idl or idl/ros.idl changes and PROTOCOL_VERSION is raised, or for a new release of PX4:  tests/conformance/golden.py tests/data/wire
 """
 
 import pathlib
@@ -139,10 +140,131 @@ def ros_image():
     return c.u32(16).u8(*(i * 5 for i in range(16)))
 
 
+# ---- PX4's messages -----------------------------------------------------------------------------------------------
+
+STAMP_US = 1_800_000_000_000_000
+
+
+def px4_offboard_control_mode():
+    return Cdr().u64(0).u8(0, 0, 0, 0, 1, 0, 0)
+
+
+def px4_vehicle_rates_setpoint():
+    return Cdr().u64(0).f32(1.5, -2.5, 0.25).f32(0, 0, -0.75).u8(0)
+
+
+def px4_vehicle_command():
+    c = Cdr().u64(0).f32(1, 6, 0, 0).f64(0, 0).f32(0).u32(176).u8(3, 1, 1)
+    return c.put("H", 191).u8(2, 1)
+
+
+def px4_vehicle_command_ack():
+    return Cdr().u64(STAMP_US).u32(400).u8(1, 7).put("i", -5).u8(1).put("H", 191).u8(1)
+
+
+def px4_vehicle_odometry():
+    c = Cdr().u64(STAMP_US, STAMP_US - 3000).u8(1).f32(1.5, -2.5, 3.5).f32(0.5, -0.5, 0.5, 0.5).u8(3)
+    c.f32(4.5, 5.5, -6.5).f32(0.25, -0.5, 0.75).f32(0.125, 0.25, 0.5).f32(1, 2, 4).f32(8, 16, 32)
+    return c.u8(9).put("b", -1)
+
+
+def px4_vehicle_status(before_masks, after_masks, before_last):
+    c = Cdr().u64(STAMP_US, 11, 12).u8(2, 4, 6).u64(13).u8(14, 14, 0)
+    before_masks(c)
+    c.u32(0x80004000, 0x4000)
+    after_masks(c)
+    # hil, type, failsafe, user, deferred, gcs, counter, high latency, vtol, tailsitter, transition, to fw, type
+    c.u8(0, 1, 1, 0, 0, 1, 3, 0, 0, 0, 0, 0, 2)
+    c.u8(7, 1)  # system, component
+    c.u8(0, 1, 1, 0, 0, 0, 0, 0)  # safety button .. parachute healthy
+    c.u8(*before_last)
+    return c.u8(0, 0, 1)  # rc calibration, calibration, checks pass
+
+
+def px4_vehicle_status_v0():
+    return px4_vehicle_status(lambda c: c, lambda c: c.put("H", 0), (0, 0))
+
+
+def px4_vehicle_status_v1():
+    return px4_vehicle_status(lambda c: c, lambda c: c.put("H", 0), ())
+
+
+def px4_vehicle_status_v4():
+    return px4_vehicle_status(lambda c: c.u8(14, 1), lambda c: c, (0,))
+
+
+def px4_vehicle_land_detected():
+    return Cdr().u64(STAMP_US).u8(0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0)
+
+
+def px4_sensor_combined():
+    c = Cdr().u64(STAMP_US).f32(0.25, -0.5, 0.75).u32(5000).put("i", 20).f32(1.5, -0.5, -9.75)
+    return c.u32(5000).u8(0, 0, 3, 4)
+
+
+def px4_timesync_status():
+    return Cdr().u64(STAMP_US).u8(2).u64(STAMP_US + 7).i64(-40_000, -39_500).u32(850)
+
+
+def px4_manual_control_setpoint():
+    c = Cdr().u64(STAMP_US, STAMP_US - 5).u8(1, 1).f32(0.25, -0.25, 0, -1, 0)
+    return c.f32(1, -1, 0.5, 0, 0.125, -0.5).u8(0).put("H", 5)
+
+
+def px4_input_rc(frame_rate, link_snr):
+    c = Cdr().u64(STAMP_US, STAMP_US - 9).u8(8).put("i", 80).u8(0, 1).put("H", 1, 2, 3)
+    if frame_rate:
+        c.put("H", 50)
+    c.u8(13).put("H", *(1000 + 50 * i for i in range(18))).u8(99).f32(-60.5)
+    return c.u8(20) if link_snr else c
+
+
+def px4_input_rc_plain():
+    return px4_input_rc(False, False)
+
+
+def px4_input_rc_with_frame_rate():
+    return px4_input_rc(True, True)
+
+
+def px4_battery(currents, serial_number, tail):
+    c = Cdr().u64(STAMP_US).u8(1).f32(15.75)
+    c.f32(*range(1, 1 + currents)).f32(100, 0.5, 1, 600, 25).u8(4, 0, 0)
+    c.put("H", 1500, 3, 4)
+    if serial_number:
+        c.put("H", 5)
+    c.put("H", 6, 7, 8).u8(1).put("H", 0).f32(*([3.9375] * 14)).f32(0.125).u8(0, 1)
+    return tail(c)
+
+
+def px4_battery_status_filtered():
+    def tail(c):
+        c.put("H", 0).u32(0).u8(1, 0).f32(90, 20, 22, 11, 21).put("H", 9, 2).f32(14.8)
+        return c
+
+    return px4_battery(4, True, tail)
+
+
+def px4_battery_status_v0():
+    return px4_battery(2, True, lambda c: c.put("H", 0).u8(1).f32(22, 11).put("H", 2).f32(14.8, 1, 2, 3, 4, 5, 6, 7))
+
+
+def px4_battery_status_v1():
+    return px4_battery(2, False, lambda c: c.u8(1).put("H", 0).f32(22, 11).put("H", 2).f32(14.8, 1, 2, 3, 4, 5, 6, 7))
+
+
+PX4 = (
+    px4_offboard_control_mode, px4_vehicle_rates_setpoint, px4_vehicle_command, px4_vehicle_command_ack, px4_vehicle_odometry,
+    px4_vehicle_status_v0, px4_vehicle_status_v1, px4_vehicle_status_v4, px4_vehicle_land_detected, px4_sensor_combined,
+    px4_timesync_status, px4_manual_control_setpoint, px4_input_rc_plain, px4_input_rc_with_frame_rate,
+    px4_battery_status_filtered, px4_battery_status_v0, px4_battery_status_v1,
+)  # fmt: skip
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     for make in (session_request, session_reply, vehicle_state, depth_frame, thrust_rate_command, telemetry,
-                 ros_pose_stamped, ros_odometry, ros_image):
+                 ros_pose_stamped, ros_odometry, ros_image, *PX4):
         text = make().bytes().hex()
         lines = [text[i : i + 64] for i in range(0, len(text), 64)]
         (folder / (make.__name__ + ".hex")).write_text("\n".join(lines) + "\n")

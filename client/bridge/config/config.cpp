@@ -1,6 +1,7 @@
 #include "client/bridge/config/config.h"
 
 #include <chrono>
+#include <cstdint>
 #include <utility>
 
 #include "client/bridge/config/bridge.pb.h"
@@ -103,6 +104,13 @@ Status take(const ThrustSpec& spec, flight::ThrustOptions* options) {
   return flight::validate(*options);
 }
 
+Status take(const RadioSpec& spec, RadioSwitches* radio) {
+  return take_fields(spec, {{"arm", &radio->arm},
+                            {"take_over", &radio->take_over},
+                            {"kill", &radio->kill},
+                            {"threshold_us", &radio->threshold_us}});
+}
+
 Status take(const MavlinkSpec& spec, MavlinkConfig* config) {
   if (spec.dialect() == MavlinkSpec::ARDUPILOT) config->dialect = Dialect::kArduPilot;
   if (spec.dialect() == MavlinkSpec::PLAIN) config->dialect = Dialect::kPlain;
@@ -133,13 +141,7 @@ Status take(const MavlinkSpec& spec, MavlinkConfig* config) {
           in("state", take_fields(spec.state(), {{"yaw_WL_rad", &state.frame.yaw_WL_rad}, {"oldest", &state.oldest}}));
       !status)
     return status;
-  RadioSwitches& radio = config->radio;
-  if (Status status = in("radio", take_fields(spec.radio(), {{"arm", &radio.arm},
-                                                             {"take_over", &radio.take_over},
-                                                             {"kill", &radio.kill},
-                                                             {"threshold_us", &radio.threshold_us}}));
-      !status)
-    return status;
+  if (Status status = in("radio", take(spec.radio(), &config->radio)); !status) return status;
   return validate(*config);
 }
 
@@ -199,14 +201,56 @@ Status take_sources(const BridgeFile& file, sources::Options* options) {
   return {};
 }
 
+Status take(const Px4Spec& spec, Px4Config* config) {
+  std::string release;
+  int own_component = config->own_component;
+  if (spec.stamps() == MavlinkSpec::ARRIVAL) config->stamps = Stamps::kArrival;
+  if (spec.radio_from() == Px4Spec::MANUAL_CONTROL) config->radio_from = RadioFrom::kManualControl;
+  if (Status status = take_fields(spec, {{"release", &release},
+                                         {"domain", &config->bus.domain},
+                                         {"namespace", &config->bus.name_space},
+                                         {"own_system", &config->own_system},
+                                         {"own_component", &own_component},
+                                         {"vehicle_system", &config->vehicle_system},
+                                         {"setpoint_rate_hz", &config->setpoint_rate_hz},
+                                         {"link_delay", &config->link_delay},
+                                         {"arm_by_command", &config->arm_by_command},
+                                         {"connect_timeout", &config->connect_timeout}});
+      !status)
+    return status;
+  const auto known = px4::release_names().find(release);
+  if (known == px4::release_names().end()) {
+    std::string names;
+    for (const auto& [name, number] : px4::release_names()) names += (names.empty() ? "" : ", ") + name;
+    return Error::invalid("release", "'" + shown(release, 20) + "'", "one of " + names, ErrorCode::kUnknownName);
+  }
+  config->bus.release = known->second;
+  for (const TopicVersion& one : spec.versions()) config->bus.versions[one.topic()] = one.version();
+  if (own_component < 1 || own_component > UINT16_MAX)
+    return Error::invalid("own_component", text(own_component), "1 to 65535");
+  config->own_component = static_cast<std::uint16_t>(own_component);
+  if (Status status = in("clock", take_fields(spec.clock(), {{"most_error", &config->clock.most_error}})); !status)
+    return status;
+  OdometerOptions& state = config->state;
+  if (spec.state().has_p_wl()) state.frame.p_WL = vector(spec.state().p_wl());
+  if (Status status =
+          in("state", take_fields(spec.state(), {{"yaw_WL_rad", &state.frame.yaw_WL_rad}, {"oldest", &state.oldest}}));
+      !status)
+    return status;
+  if (Status status = in("radio", take(spec.radio(), &config->radio)); !status) return status;
+  return validate(*config);
+}
+
 /// Somebody has to be able to arm, and in one way only.
-Status check_arming(const flight::SupervisorOptions& safety, const MavlinkConfig& mavlink) {
+/// @param section  of the file   @param arm_channel  of the person's arm switch; 0: none
+Status check_arming(const flight::SupervisorOptions& safety, const std::string& section, int arm_channel,
+                    bool arm_by_command) {
   const bool by_switch = safety.arm_by == flight::ArmBy::kSwitch;
-  if (by_switch && mavlink.radio.arm == 0)
-    return Error::invalid("mavlink.radio.arm", "0",
+  if (by_switch && arm_channel == 0)
+    return Error::invalid(section + ".radio.arm", "0",
                           "the channel of the person's arm switch; in simulators safety.arm_by: ITSELF");
-  if (!by_switch && !mavlink.arm_by_command)
-    return Error::invalid("mavlink.arm_by_command", "false", "true where safety.arm_by is ITSELF");
+  if (!by_switch && !arm_by_command)
+    return Error::invalid(section + ".arm_by_command", "false", "true where safety.arm_by is ITSELF");
   return {};
 }
 
@@ -222,11 +266,19 @@ Status check_arming(const flight::SupervisorOptions& safety, const betaflight::O
   return {};
 }
 
+/// PX4 does not tell its parameters over DDS, so nobody but a person can say that its failsafe is good.
+Status check_failsafe(const flight::SupervisorOptions& safety) {
+  if (!safety.needs_firmware_failsafe) return {};
+  return Error::invalid("safety.needs_firmware_failsafe", "true",
+                        "false: PX4's parameters can't be read over DDS. Look that COM_OF_LOSS_T is at most 2 s and "
+                        "COM_OBL_RC_ACT not 5, and say so by setting this to false");
+}
+
 Status take_firmware(const BridgeFile& file, Firmware firmware, bool flies, BridgeConfig* config) {
   flight::ThrustOptions thrust;
   if (Status status = in("thrust", take(file.thrust(), &thrust)); !status) return status;
-  const auto missing = [](const std::string& section) {
-    return Error::invalid(section, "missing", "a section " + section + " { link: \"...\" }");
+  const auto missing = [](const std::string& section, const std::string& content = "link: \"...\"") {
+    return Error::invalid(section, "missing", "a section " + section + " { " + content + " }");
   };
   if (firmware == Firmware::kBetaflight) {
     if (!file.has_betaflight()) return missing("betaflight");
@@ -239,12 +291,21 @@ Status take_firmware(const BridgeFile& file, Firmware firmware, bool flies, Brid
                             "position, so somebody else has to (motion capture, VIO)");
     return check_arming(config->safety, options);
   }
+  if (firmware == Firmware::kPx4) {
+    if (!file.has_px4()) return missing("px4", "release: \"1.16\"");
+    auto& px4 = config->firmware.emplace<Px4Config>();
+    px4.thrust = thrust;
+    px4.quadrotor = config->session.quadrotor;
+    if (Status status = in("px4", take(file.px4(), &px4)); !status) return status;
+    if (Status status = check_failsafe(config->safety); !status) return status;
+    return check_arming(config->safety, "px4", px4.radio.arm, px4.arm_by_command);
+  }
   if (!file.has_mavlink()) return missing("mavlink");
   auto& mavlink = config->firmware.emplace<MavlinkConfig>();
   mavlink.thrust = thrust;
   mavlink.quadrotor = config->session.quadrotor;
   if (Status status = in("mavlink", take(file.mavlink(), &mavlink)); !status) return status;
-  return check_arming(config->safety, mavlink);
+  return check_arming(config->safety, "mavlink", mavlink.radio.arm, mavlink.arm_by_command);
 }
 
 Status take_vehicle_and_course(const BridgeFile& file, const std::filesystem::path& folder, BridgeConfig* config) {
@@ -267,8 +328,8 @@ Status take_vehicle_and_course(const BridgeFile& file, const std::filesystem::pa
 }  // namespace
 
 const std::map<std::string, Firmware>& firmware_names() {
-  static const std::map<std::string, Firmware> names{{"betaflight", Firmware::kBetaflight},
-                                                     {"mavlink", Firmware::kMavlink}};
+  static const std::map<std::string, Firmware> names{
+      {"betaflight", Firmware::kBetaflight}, {"mavlink", Firmware::kMavlink}, {"px4", Firmware::kPx4}};
   return names;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "client/flight/frames.h"
 
@@ -42,12 +43,6 @@ bool wanted_of(StateFrom from, std::uint32_t message) noexcept {
   const bool odometry = message == mavlink::Odometry::kId;
   const bool position = message == mavlink::LocalPositionNed::kId;
   return !(odometry && from == StateFrom::kLocalPosition) && !(position && from == StateFrom::kOdometry);
-}
-
-bool switch_on(const mavlink::RcChannels& message, int channel, int threshold_us) noexcept {
-  if (channel == 0 || channel > message.chancount) return false;
-  const std::uint16_t value = message.channels()[static_cast<std::size_t>(channel - 1)];
-  return value != 0xFFFF && value >= threshold_us;
 }
 
 }  // namespace
@@ -179,8 +174,9 @@ void Autopilot::on(Stamp now, const mavlink::RcChannels& message) noexcept {
     pilot_.reset();
     return;
   }
-  const auto on = [&](int channel) { return switch_on(message, channel, config_.radio.threshold_us); };
-  pilot_ = {now, {on(config_.radio.arm), on(config_.radio.take_over), on(config_.radio.kill)}};
+  const auto channels = message.channels();
+  const std::size_t heard = std::min<std::size_t>(message.chancount, channels.size());
+  pilot_ = {now, switches(config_.radio, std::span(channels).first(heard))};
 }
 
 void Autopilot::on(Stamp, const mavlink::ExtendedSysState& message) noexcept {
@@ -262,37 +258,28 @@ void Autopilot::command(Stamp now, mavlink::CommandLong wanted) noexcept {
 }
 
 void Autopilot::want(Stamp now, Wanted wanted) noexcept {
-  if (wanted != wanted_) {
+  if (pursuit_.want(wanted)) {
     desk_.forget(Command::kDoSetMode);
     desk_.forget(Command::kArmDisarm);
-    reached_ = taken_away_ = false;
-    wanted_ = wanted;
   }
   if (peer_) pursue(now);
 }
 
 void Autopilot::pursue(Stamp now) noexcept {
-  switch (wanted_) {
-    case Wanted::kReleased:
+  const bool may_fly = !wrong_firmware() && parameters_.thrust_is_thrust();
+  switch (pursuit_.next(now, armed(), follows())) {
+    case Pursuit::Step::kNothing:
       return;
-    case Wanted::kDisarmed:
-      if (armed()) command(now, arm_command(false, false));
-      return;
-    case Wanted::kKilled:
-      if (armed()) command(now, arm_command(false, true));
-      return;
-    case Wanted::kArmed:
-      break;
-  }
-  const bool there = armed() && follows();
-  taken_away_ = taken_away_ || (reached_ && !there);
-  reached_ = reached_ || there;
-  const bool streaming = stream_began_ && now - *stream_began_ >= kStream && now - setpoint_sent_ <= kStreamGap;
-  if (there || taken_away_ || !streaming || wrong_firmware() || !parameters_.thrust_is_thrust()) return;
-  if (!follows() && !rules(config_.dialect).mode_name.empty()) {
-    command(now, mode_command(config_.dialect));
-  } else if (!armed() && config_.arm_by_command) {
-    command(now, arm_command(true, false));
+    case Pursuit::Step::kDisarm:
+      return command(now, arm_command(false, false));
+    case Pursuit::Step::kKill:
+      return command(now, arm_command(false, true));
+    case Pursuit::Step::kEnterMode:
+      // Who has no such mode follows as soon as it is armed.
+      if (may_fly && !rules(config_.dialect).mode_name.empty()) return command(now, mode_command(config_.dialect));
+      [[fallthrough]];
+    case Pursuit::Step::kArm:
+      if (may_fly && !armed() && config_.arm_by_command) command(now, arm_command(true, false));
   }
 }
 
@@ -302,8 +289,7 @@ void Autopilot::send_setpoint(Stamp now, const Eigen::Vector3d& body_rates_B, do
     ++refused_setpoints_;  // no setpoint is better than that one: the firmware's failsafe knows what to do
     return;
   }
-  if (!stream_began_ || now - setpoint_sent_ > kStreamGap) stream_began_ = now;
-  setpoint_sent_ = now;
+  pursuit_.on_setpoint(now);
   const Eigen::Vector3d rates = flight::frd_from_flu(body_rates_B);
   mavlink::SetAttitudeTarget target;
   target.time_boot_ms = static_cast<std::uint32_t>(now / std::chrono::milliseconds(1));
@@ -371,7 +357,7 @@ AutopilotReport Autopilot::report(Stamp now) const noexcept {
   report.untranslated = untranslated_;
   report.mode = desk_.fate(Command::kDoSetMode);
   report.arming = desk_.fate(Command::kArmDisarm);
-  report.taken_away = taken_away_;
+  report.taken_away = pursuit_.taken_away();
   report.refused_setpoints = refused_setpoints_;
   report.faults = faults_;
   report.fault = fault_;

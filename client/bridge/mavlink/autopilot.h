@@ -8,6 +8,7 @@
 #include "client/bridge/mavlink/config.h"
 #include "client/bridge/mavlink/odometer.h"
 #include "client/bridge/mavlink/parameters.h"
+#include "client/bridge/mavlink/pursuit.h"
 #include "client/bridge/mavlink/time_sync.h"
 #include "client/firmware/mavlink/frame.h"
 #include "client/flight/ports.h"
@@ -40,7 +41,7 @@ struct AutopilotReport {
   std::uint64_t jumps = 0;
   std::uint64_t untranslated = 0;  ///< stamps that could not be translated
   CommandFate mode, arming;
-  bool taken_away = false;              ///< it stopped following us while that was wanted, see Autopilot::want()
+  bool taken_away = false;              ///< it stopped following us while that was wanted, see Pursuit
   std::uint64_t refused_setpoints = 0;  ///< not finite or out of range, so not sent
   std::uint64_t faults = 0;
   std::optional<mavlink::Fault> fault;         ///< of the newest message that had one
@@ -55,15 +56,12 @@ struct AutopilotReport {
 ///   - Heartbeats of ours go out every kHeartbeat, questions for the time, and requests for the messages that states
 ///     and status are made of, one after the other. After kSilent without a word of it, or when its clock began anew,
 ///     everything is asked for again.
-///   - A setpoint is sent as SET_ATTITUDE_TARGET with rates and thrust. Before the mode is asked for, setpoints have
-///     been sent for kStream.
+///   - A setpoint is sent as SET_ATTITUDE_TARGET with rates and thrust.
 /// Thread-safe: no.   Real-time safe: yes.   Errors: none; the report says what is wrong.
 class Autopilot {
  public:
   static constexpr Stamp kHeartbeat{std::chrono::milliseconds(250)};
   static constexpr Stamp kSilent{std::chrono::seconds(3)};
-  static constexpr Stamp kStream{std::chrono::seconds(1)};
-  static constexpr Stamp kStreamGap{std::chrono::milliseconds(200)};  ///< a longer one begins the stream anew
   static constexpr Stamp kRadioLost{std::chrono::seconds(1)};
   static constexpr Stamp kFeltLost{std::chrono::milliseconds(200)};  ///< accelerometer, attitude
 
@@ -74,9 +72,7 @@ class Autopilot {
   /// Sends what is due. To be called every few milliseconds.
   void tick(Stamp now) noexcept;
 
-  /// As FlightController::want(). kArmed first enters the mode that follows setpoints, then arms where that is
-  /// configured. When the autopilot has once done what was wanted and then leaves the mode or disarms, somebody else
-  /// wants it so (the person, its failsafe): nothing is asked for again before another wish was told.
+  /// As FlightController::want(), by Pursuit; armed by us where that is configured.
   void want(Stamp now, flight::Wanted wanted) noexcept;
   /// @param body_rates_B  FLU, rad/s   @param throttle  0 to 1
   void send_setpoint(Stamp now, const Eigen::Vector3d& body_rates_B, double throttle) noexcept;
@@ -130,10 +126,7 @@ class Autopilot {
   std::optional<std::int64_t> unix_less_boot_us_;
   std::size_t next_message_ = 0;  // of those to ask for
 
-  flight::Wanted wanted_ = flight::Wanted::kReleased;
-  bool reached_ = false, taken_away_ = false;
-  std::optional<Stamp> stream_began_;
-  Stamp setpoint_sent_{0};
+  Pursuit pursuit_;
 
   template <typename Value>
   struct Heard {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <string_view>
 
 namespace gatefield::bridge {
 namespace {
@@ -31,7 +32,30 @@ CommandFate::Kind kind_of(CommandResult result) noexcept {
   }
 }
 
+std::string_view word(CommandResult result) {
+  switch (result) {
+    case CommandResult::kTemporarilyRejected:
+      return "not now";
+    case CommandResult::kDenied:
+      return "denied";
+    case CommandResult::kUnsupported:
+      return "not supported";
+    case CommandResult::kFailed:
+      return "failed";
+    case CommandResult::kCancelled:
+      return "cancelled";
+    default:
+      return "no such answer is known";
+  }
+}
+
 }  // namespace
+
+std::string complaint(const std::string& what, const CommandFate& fate, const std::string& said) {
+  if (fate.kind == CommandFate::Kind::kUnanswered) return what + " was asked for and never answered; look at the link";
+  if (fate.kind != CommandFate::Kind::kRefused) return {};
+  return what + " was refused: " + std::string(word(fate.result)) + said;
+}
 
 CommandDesk::Entry* CommandDesk::find(std::uint16_t command) noexcept {
   const auto end = entries_.begin() + static_cast<std::ptrdiff_t>(size_);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "client/firmware/mavlink/constants.h"
 #include "client/firmware/mavlink/messages_command.h"
@@ -25,6 +26,10 @@ struct CommandFate {
   Kind kind = Kind::kNeverAsked;
   mavlink::CommandResult result = mavlink::CommandResult::kAccepted;
 };
+
+/// What is wrong with a command's fate, in words: "arming was refused: denied". Empty: nothing.
+/// @param said  what is known beside it, added where it was refused
+std::string complaint(const std::string& what, const CommandFate& fate, const std::string& said);
 
 /// Commands to an autopilot, with acknowledgements and time limits: what is not answered within kAnswer is sent again
 /// with its confirmation counted up, and after kTries taken as unanswered. Then, as after any other answer, the next

@@ -1,6 +1,5 @@
 #include "client/bridge/mavlink/config.h"
 
-#include <array>
 #include <utility>
 
 #include "client/firmware/link/link.h"
@@ -12,25 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kChannels = mavlink::RcChannels::kChannels;
-
 std::string milliseconds(Stamp span) { return text(seconds(span) * 1e3) + " ms"; }
-
-Status validate(const RadioSwitches& radio) {
-  const std::array switches{std::pair("radio.arm", radio.arm), std::pair("radio.take_over", radio.take_over),
-                            std::pair("radio.kill", radio.kill)};
-  for (const auto& [field, channel] : switches)
-    if (channel < 0 || channel > kChannels)
-      return Error::invalid(field, text(channel), "a channel, 1 to " + text(kChannels) + ", or 0 for none");
-  for (std::size_t i = 0; i < switches.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (switches[i].second != 0 && switches[i].second == switches[j].second)
-        return Error::invalid(switches[i].first, text(switches[i].second),
-                              std::string("another channel than ") + switches[j].first);
-  if (radio.threshold_us < 1100 || radio.threshold_us > 1900)
-    return Error::invalid("radio.threshold_us", text(radio.threshold_us) + " us", "1100 to 1900 us");
-  return {};
-}
 
 }  // namespace
 
@@ -52,7 +33,7 @@ Status validate(const MavlinkConfig& config) {
     return Error::invalid("arm_by_command", "true", "false where radio.arm names the person's switch");
   if (Status status = validate(config.time_sync); !status) return status;
   if (Status status = validate(config.state); !status) return status;
-  if (Status status = validate(config.radio); !status) return status;
+  if (Status status = validate(config.radio, mavlink::RcChannels::kChannels); !status) return status;
   if (Status status = flight::validate(config.thrust); !status) return status.failure().within("thrust: ", "thrust.");
   return gatefield::validate(config.quadrotor);
 }

@@ -5,21 +5,13 @@
 
 #include "client/bridge/mavlink/dialect.h"
 #include "client/bridge/mavlink/odometer.h"
+#include "client/bridge/mavlink/radio.h"
 #include "client/bridge/mavlink/time_sync.h"
 #include "client/flight/thrust_estimate.h"
 #include "common/base/result.h"
 #include "common/vehicle/quadrotor.h"
 
 namespace gatefield::bridge {
-
-/// Which channels of the person's radio (RC_CHANNELS) are switches, from 1; 0: there is none. A switch is on from
-/// `threshold_us` up.
-struct RadioSwitches {
-  int arm = 0;
-  int take_over = 0;
-  int kill = 0;
-  int threshold_us = 1600;  ///< 1100 to 1900
-};
 
 /// Where stamps of states come from.
 enum class Stamps : std::uint8_t {
@@ -39,7 +31,7 @@ struct MavlinkConfig {
   Stamp link_delay{0};  ///< of Stamps::kArrival; 0 to 200 ms
   TimeSyncOptions time_sync;
   OdometerOptions state;
-  RadioSwitches radio;
+  RadioSwitches radio;  ///< channels of RC_CHANNELS
   /// False: the person's radio arms and nobody else; the bridge asks for the mode when that is done.
   bool arm_by_command = false;
   /// True: GUID_OPTIONS is written where its bit for thrust is missing.

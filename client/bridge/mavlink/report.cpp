@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 
 #include "common/base/text.h"
 
@@ -25,31 +24,6 @@ std::string firmware_name(std::uint8_t autopilot) {
 std::string words(const mavlink::StatusText& message) {
   const auto end = std::find(message.text.begin(), message.text.end(), '\0');
   return {message.text.begin(), end};
-}
-
-std::string_view word(mavlink::CommandResult result) {
-  switch (result) {
-    case mavlink::CommandResult::kTemporarilyRejected:
-      return "not now";
-    case mavlink::CommandResult::kDenied:
-      return "denied";
-    case mavlink::CommandResult::kUnsupported:
-      return "not supported";
-    case mavlink::CommandResult::kFailed:
-      return "failed";
-    case mavlink::CommandResult::kCancelled:
-      return "cancelled";
-    default:
-      return "no such answer is known";
-  }
-}
-
-/// Empty: nothing to complain of.
-std::string complaint(const std::string& what, const CommandFate& fate, const AutopilotReport& report) {
-  if (fate.kind == CommandFate::Kind::kUnanswered) return what + " was asked for and never answered; look at the link";
-  if (fate.kind != CommandFate::Kind::kRefused) return {};
-  const std::string said = report.warning ? "; it says: \"" + words(*report.warning) + "\"" : "";
-  return what + " was refused: " + std::string(word(fate.result)) + said;
 }
 
 }  // namespace
@@ -96,8 +70,9 @@ std::vector<std::string> complaints(const AutopilotReport& report, const mavlink
     add(describe(report.clock, report.round_trip, report.drift_ppm, config.time_sync).error());
   if (report.clock == TimeSync::Trouble::kNone && report.no_state != NoState::kNone)
     add(describe(report.no_state, report.wrong_age, config.state).message);
-  if (!dialect.mode_name.empty()) add(complaint("mode " + std::string(dialect.mode_name), report.mode, report));
-  add(complaint("arming", report.arming, report));
+  const std::string said = report.warning ? "; it says: \"" + words(*report.warning) + "\"" : "";
+  if (!dialect.mode_name.empty()) add(complaint("mode " + std::string(dialect.mode_name), report.mode, said));
+  add(complaint("arming", report.arming, said));
   if (report.taken_away)
     add("the autopilot has left our setpoints by itself or by its pilot; release it, then ask again");
   if (report.refused_setpoints > 0) add(text(report.refused_setpoints) + " setpoints were out of range and not sent");

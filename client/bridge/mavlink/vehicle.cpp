@@ -36,7 +36,6 @@ Result<std::unique_ptr<MavlinkVehicle>> MavlinkVehicle::open(const MavlinkConfig
 MavlinkVehicle::MavlinkVehicle(const MavlinkConfig& config, std::unique_ptr<firmware::Link> link,
                                std::unique_ptr<Clock> clock)
     : config_(config),
-      period_(from_seconds(1.0 / config.setpoint_rate_hz)),
       datagrams_(has_datagrams(config.link)),
       link_(std::move(link)),
       clock_(std::move(clock)),
@@ -116,28 +115,6 @@ std::optional<flight::TimedState> MavlinkVehicle::States::newest(Stamp) noexcept
 
 std::optional<flight::ControllerStatus> MavlinkVehicle::Controller::newest(Stamp) noexcept {
   return vehicle_.autopilot_.status(vehicle_.now());
-}
-
-void MavlinkVehicle::Rates::apply(Stamp now, const sdk::Setpoint& setpoint) noexcept {
-  vehicle_.autopilot_.send_setpoint(now, setpoint.body_rates_rad_s,
-                                    vehicle_.thrust_.command(now, setpoint.collective_thrust_n));
-}
-
-void MavlinkVehicle::Rates::hold(Stamp now) noexcept {
-  const double weight_n = vehicle_.config_.quadrotor.mass_kg * kGravity_m_s2;
-  const double throttle = vehicle_.in_the_air() ? vehicle_.thrust_.command(now, weight_n) : 0.0;
-  vehicle_.autopilot_.send_setpoint(now, Eigen::Vector3d::Zero(), throttle);
-}
-
-bool MavlinkVehicle::in_the_air() noexcept {
-  const auto status = autopilot_.status(now());
-  const auto& state = autopilot_.state();
-  if (!status || !status->armed) {
-    if (state) ground_z_m_ = state->state.p_WB.z();
-    return false;
-  }
-  if (status->on_ground) return !*status->on_ground;
-  return state && ground_z_m_ && state->state.p_WB.z() - *ground_z_m_ > kLifted_m;
 }
 
 }  // namespace gatefield::bridge

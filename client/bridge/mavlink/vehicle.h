@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/bridge/mavlink/autopilot.h"
+#include "client/bridge/rates_actuator.h"
 #include "client/bridge/vehicle.h"
 #include "client/firmware/link/link.h"
 #include "client/firmware/mavlink/frame_reader.h"
@@ -67,17 +68,22 @@ class MavlinkVehicle final : public Vehicle, private flight::LoopClock, private 
     MavlinkVehicle& vehicle_;
   };
 
-  class Rates final : public flight::Actuator {
+  class Rates final : public RatesActuator {
    public:
-    explicit Rates(MavlinkVehicle* vehicle) noexcept : vehicle_(*vehicle) {}
-    flight::SetpointPart accepts() const noexcept override { return flight::SetpointPart::kCollectiveAndBodyRates; }
-    Stamp period() const noexcept override { return vehicle_.period_; }
-    void apply(Stamp now, const sdk::Setpoint& setpoint) noexcept override;
-    /// On the ground: no thrust and no rates. In the air: what holds the weight, and level rates; that is followed only
-    /// where somebody switched to our setpoints before there was a plan.
-    void hold(Stamp now) noexcept override;
+    explicit Rates(MavlinkVehicle* vehicle) noexcept
+        : RatesActuator(from_seconds(1.0 / vehicle->config_.setpoint_rate_hz), vehicle->config_.quadrotor,
+                        &vehicle->thrust_),
+          vehicle_(*vehicle) {}
 
    private:
+    void send(Stamp now, const Eigen::Vector3d& body_rates_B, double throttle) noexcept override {
+      vehicle_.autopilot_.send_setpoint(now, body_rates_B, throttle);
+    }
+    std::optional<flight::ControllerStatus> status(Stamp now) noexcept override {
+      return vehicle_.autopilot_.status(now);
+    }
+    std::optional<flight::TimedState> state() noexcept override { return vehicle_.autopilot_.state(); }
+
     MavlinkVehicle& vehicle_;
   };
 
@@ -93,14 +99,11 @@ class MavlinkVehicle final : public Vehicle, private flight::LoopClock, private 
 
   void send(const mavlink::Message& message) noexcept override;
   void pump() noexcept;
-  bool in_the_air() noexcept;
 
   static constexpr int kMostReads = 64;  // in one go, so that a flood does not hold up the loop
   static constexpr Stamp kTick{std::chrono::milliseconds(5)};
-  static constexpr double kLifted_m = 0.3;  // off where it was armed, for autopilots that don't say so themselves
 
   const MavlinkConfig config_;
-  const Stamp period_;
   const bool datagrams_;
   std::unique_ptr<firmware::Link> link_;
   std::unique_ptr<Clock> clock_;
@@ -114,7 +117,6 @@ class MavlinkVehicle final : public Vehicle, private flight::LoopClock, private 
   std::uint8_t sequence_ = 0;
   std::uint64_t not_sent_ = 0;  // messages for which the link had no room
   std::optional<firmware::Transfer> broken_;
-  std::optional<double> ground_z_m_;  // where it stood when it was last disarmed
 };
 
 }  // namespace gatefield::bridge

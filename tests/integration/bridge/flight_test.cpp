@@ -3,82 +3,28 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
+#include <chrono>
 #include <csignal>
 #include <fstream>
+#include <memory>
 #include <thread>
 
-#include "client/flight/clock.h"
+#include "tests/integration/bridge/world.h"
 #include "tests/integration/race/programs.h"
 #include "tests/support/mavlink_controller.h"
-#include "tests/support/rate_body.h"
 
 namespace gatefield::test {
 namespace {
 
 using namespace std::chrono_literals;
 
-/// An autopilot, the body that its motors move, and the person's arm switch; on a thread of its own.
-class World {
+/// An autopilot at the other end of the link.
+class MavlinkWorld final : public World<MavlinkController> {
  public:
-  explicit World(const std::string& link)
-      : controller_(firmware::open(firmware::parse_address(link).value(), 1s).value(), bridge::Dialect::kPx4),
-        thread_([this] { run(); }) {}
-  ~World() { end(); }
-  World(const World&) = delete;
-  World& operator=(const World&) = delete;
-
-  /// The autopilot dies.
-  void end() {
-    ending_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-
-  std::atomic<bool> arm_switch{false};
-  std::atomic<bool> disarms{false};  ///< the autopilot, by itself
-  std::atomic<bool> passed{false};   ///< the gate of course one-gate, inside of its opening
-  std::atomic<double> highest_m{0};  ///< that the vehicle was
-  std::atomic<bool> armed{false}, on_ground{true};
-
- private:
-  static constexpr Stamp kStep = 1ms;
-
-  void run() {
-    flight::RealTimeClock clock;
-    for (Stamp due = clock.now(); !ending_; due += kStep) {
-      clock.sleep_until(due);
-      turn_switch(due);
-      move(due);
-      controller_.serve(due);
-      armed = controller_.armed();
-      on_ground = controller_.on_ground;
-    }
-  }
-
-  /// The autopilot's own switch arms it at once; the radio's next word of that comes later than the heartbeat's.
-  void turn_switch(Stamp now) {
-    controller_.radio_us[4] = arm_switch ? 1900 : 1000;
-    if (disarms) controller_.loop().arm_switch(now, false);
-    if (arm_switch == switched_on_) return;
-    switched_on_ = arm_switch;
-    controller_.loop().arm_switch(now, switched_on_);
-  }
-
-  void move(Stamp now) {
-    constexpr double kStep_s = 1e-3;
-    body_.step(controller_.loop().step(now, body_.state.w_WB_B, kStep_s), kStep_s);
-    controller_.state = body_.state;
-    controller_.on_ground = body_.on_ground;
-    controller_.specific_force_z = body_.specific_force_B.z();
-    highest_m = std::max<double>(highest_m, body_.state.p_WB.z());
-    passed = body_.passed;
-  }
-
-  RateBody body_;
-  MavlinkController controller_;
-  bool switched_on_ = false;
-  std::atomic<bool> ending_{false};
-  std::thread thread_;
+  explicit MavlinkWorld(const std::string& link)
+      : World(std::make_unique<MavlinkController>(firmware::open(firmware::parse_address(link).value(), 1s).value(),
+                                                  bridge::Dialect::kPx4),
+              [](MavlinkController* controller, Stamp now) { controller->serve(now); }) {}
 };
 
 class BridgeFlight : public testing::Test {
@@ -105,7 +51,7 @@ class BridgeFlight : public testing::Test {
 
 TEST_F(BridgeFlight, FromTheArmSwitchThroughTheFirstGateToTheGround) {
   Process server = programs_.server("server.log");
-  World world(link());
+  MavlinkWorld world(link());
   Process bridge = this->bridge();
   ASSERT_TRUE(bridge.wait_for_output("checks_pass", 60s)) << bridge.output() << server.output();
   EXPECT_FALSE(world.armed) << "nobody asked for turning motors yet";
@@ -119,7 +65,7 @@ TEST_F(BridgeFlight, FromTheArmSwitchThroughTheFirstGateToTheGround) {
 
 TEST_F(BridgeFlight, AskedToStopInTheAirItLandsAndDisarms) {
   Process server = programs_.server("server.log");
-  World world(link());
+  MavlinkWorld world(link());
   Process bridge = this->bridge();
   ASSERT_TRUE(bridge.wait_for_output("checks_pass", 60s)) << bridge.output() << server.output();
   world.arm_switch = true;
@@ -132,7 +78,7 @@ TEST_F(BridgeFlight, AskedToStopInTheAirItLandsAndDisarms) {
 
 TEST_F(BridgeFlight, AnAutopilotThatDiesInTheAirEndsTheFlightAndIsTold) {
   Process server = programs_.server("server.log");
-  World world(link());
+  MavlinkWorld world(link());
   Process bridge = this->bridge();
   ASSERT_TRUE(bridge.wait_for_output("checks_pass", 60s)) << bridge.output() << server.output();
   world.arm_switch = true;
@@ -146,7 +92,7 @@ TEST_F(BridgeFlight, AnAutopilotThatDiesInTheAirEndsTheFlightAndIsTold) {
 
 TEST_F(BridgeFlight, AnAutopilotThatDisarmsInTheAirIsNotArmedAgain) {
   Process server = programs_.server("server.log");
-  World world(link());
+  MavlinkWorld world(link());
   Process bridge = this->bridge();
   ASSERT_TRUE(bridge.wait_for_output("checks_pass", 60s)) << bridge.output() << server.output();
   world.arm_switch = true;
@@ -158,7 +104,7 @@ TEST_F(BridgeFlight, AnAutopilotThatDisarmsInTheAirIsNotArmedAgain) {
 }
 
 TEST_F(BridgeFlight, AnInterruptWhileNoServerAnswersEndsItAtOnce) {
-  World world(link());
+  MavlinkWorld world(link());
   Process bridge = this->bridge();
   std::this_thread::sleep_for(4s);  // of the 20 that joining may take
   bridge.signal(SIGINT);
@@ -169,7 +115,7 @@ TEST_F(BridgeFlight, AnInterruptWhileNoServerAnswersEndsItAtOnce) {
 
 TEST_F(BridgeFlight, AnAutopilotThatDiesOnTheGroundIsTold) {
   Process server = programs_.server("server.log");
-  World world(link());
+  MavlinkWorld world(link());
   Process bridge = this->bridge();
   ASSERT_TRUE(bridge.wait_for_output("joined a session", 60s)) << bridge.output() << server.output();
   world.end();
@@ -177,7 +123,7 @@ TEST_F(BridgeFlight, AnAutopilotThatDiesOnTheGroundIsTold) {
 }
 
 TEST_F(BridgeFlight, WithoutAServerItSaysSo) {
-  World world(link());
+  MavlinkWorld world(link());
   std::string text;
   {
     std::ifstream file(programs_.file("bridge.txt"));

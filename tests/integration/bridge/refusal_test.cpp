@@ -7,6 +7,7 @@
 #include <csignal>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <thread>
 
 #include "client/firmware/link/link.h"
@@ -14,6 +15,7 @@
 #include "common/base/clock.h"
 #include "tests/integration/race/programs.h"
 #include "tests/support/betaflight_controller.h"
+#include "tests/support/px4_bus.h"
 
 namespace gatefield::test {
 namespace {
@@ -147,8 +149,69 @@ TEST_F(BridgeRefusal, AnInterruptEndsTheWaitForAnAutopilot) {
 }
 
 TEST_F(BridgeRefusal, AFirmwareThatIsNotThereIsRefused) {
-  EXPECT_EQ(bridge(mavlink("udp-listen:127.0.0.1:0"), {"px4"}), 2);
+  EXPECT_EQ(bridge(mavlink("udp-listen:127.0.0.1:0"), {"inav"}), 2);
   expect_said("mavlink");
+}
+
+// ---- PX4 over DDS --------------------------------------------------------------------------------------------------
+
+class Px4Refusal : public BridgeRefusal {
+ protected:
+  int px4(const std::string& fields, const std::string& safety = "safety { needs_firmware_failsafe: false }") {
+    return bridge(safety + " px4 { connect_timeout: 1.5 radio { arm: 5 } " + fields + " }", {"px4"});
+  }
+  /// What a PX4 of this release says, while the bridge runs.
+  std::unique_ptr<Px4Bus> other_px4(px4::Release release, const std::string& name_space = {}) const {
+    px4::BusOptions options;
+    options.domain = own_domain();
+    options.release = release;
+    options.name_space = name_space;
+    auto bus = Px4Bus::open(options);
+    px4::VehicleStatus status;
+    status.timestamp = px4::kSince1970_us;
+    bus->write(status);
+    return bus;
+  }
+  const std::string here_ = "domain: " + std::to_string(own_domain());
+};
+
+TEST_F(Px4Refusal, WhereNothingIsHeardTheNextStepIsSaid) {
+  EXPECT_EQ(px4("release: '1.16' " + here_), 2);
+  expect_said("nothing of PX4 is heard in domain " + std::to_string(own_domain()));
+}
+
+TEST_F(Px4Refusal, AnUnknownReleaseIsNamed) {
+  EXPECT_EQ(px4("release: '0.9'"), 2);
+  expect_said("px4.release is '0.9', expected one of 1.15, 1.16, 1.17, 1.18");
+}
+
+TEST_F(Px4Refusal, AnUnknownTopicIsNamed) {
+  EXPECT_EQ(px4("release: '1.16' versions { topic: 'mood' version: 1 }"), 2);
+  expect_said("px4.versions.topic is 'mood'");
+}
+
+TEST_F(Px4Refusal, AnotherReleaseOnTheBusIsNamed) {
+  const auto bus = other_px4(px4::Release::k1_18);
+  EXPECT_EQ(px4("release: '1.16' " + here_), 2);
+  expect_said("PX4 offers rt/fmu/out/vehicle_status_v4, expected rt/fmu/out/vehicle_status_v1");
+}
+
+TEST_F(Px4Refusal, AnotherLayoutUnderTheSameNameIsNamed) {
+  const auto bus = other_px4(px4::Release::k1_18);
+  EXPECT_EQ(px4("release: '1.16' versions { topic: 'vehicle_status' version: 4 } " + here_), 2);
+  expect_said("rt/fmu/out/vehicle_status_v4 is offered and nothing comes through it");
+}
+
+TEST_F(Px4Refusal, AnotherNamespaceOnTheBusIsNamed) {
+  const auto bus = other_px4(px4::Release::k1_16, "px4_1");
+  EXPECT_EQ(px4("release: '1.16' " + here_), 2);
+  expect_said("rt/px4_1/fmu/out/vehicle_status_v1");
+  expect_said("set the namespace");
+}
+
+TEST_F(Px4Refusal, AFailsafeThatNobodyLookedAtIsRefused) {
+  EXPECT_EQ(px4("release: '1.16'", ""), 2);
+  expect_said("safety.needs_firmware_failsafe is true, expected false: PX4's parameters can't be read over DDS");
 }
 
 }  // namespace

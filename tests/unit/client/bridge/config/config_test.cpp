@@ -186,7 +186,8 @@ void fill(google::protobuf::Message* message) {
     const FieldDescriptor* field = message->GetDescriptor()->field(i);
     switch (field->cpp_type()) {
       case FieldDescriptor::CPPTYPE_MESSAGE:
-        fill(reflection->MutableMessage(message, field));
+        fill(field->is_repeated() ? reflection->AddMessage(message, field)
+                                  : reflection->MutableMessage(message, field));
         break;
       case FieldDescriptor::CPPTYPE_BOOL:
         reflection->SetBool(message, field, true);
@@ -207,12 +208,13 @@ void fill(google::protobuf::Message* message) {
 }
 
 TEST_F(BridgeConfigFile, EveryFieldOfTheSchemaHasAPlace) {
-  for (const Firmware firmware : {Firmware::kMavlink, Firmware::kBetaflight}) {
+  for (const Firmware firmware : {Firmware::kMavlink, Firmware::kBetaflight, Firmware::kPx4}) {
     BridgeFile file;
     fill(&file);
     file.set_vehicle("racer-rates");
     file.set_course("one-gate");
     file.mutable_session()->set_name("drone");
+    file.mutable_px4()->set_release("1.16");
     for (const auto* section : {"session", "safety", "thrust", "states", "depth", "mavlink"}) {
       // Sections are read one after the other, and each stops at its first mistake: one at a time.
       BridgeFile only = file;
@@ -240,7 +242,9 @@ void for_each_number(const google::protobuf::Descriptor& type, const std::string
           *field->message_type(), name,
           [=](BridgeFile* file) {
             google::protobuf::Message* const around = section(file);
-            return around->GetReflection()->MutableMessage(around, field);
+            const auto* const reflection = around->GetReflection();
+            return field->is_repeated() ? reflection->MutableRepeatedMessage(around, field, 0)
+                                        : reflection->MutableMessage(around, field);
           },
           use);
     } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
@@ -259,7 +263,7 @@ void for_each_number(const google::protobuf::Descriptor& type, const std::string
 
 TEST_F(BridgeConfigFile, EveryNumberThatCantBeIsRefusedByItsName) {
   int refusals = 0;
-  for (const Firmware firmware : {Firmware::kMavlink, Firmware::kBetaflight}) {
+  for (const Firmware firmware : {Firmware::kMavlink, Firmware::kBetaflight, Firmware::kPx4}) {
     BridgeFile good;
     good.set_vehicle("racer-rates");
     good.set_course("one-gate");
@@ -279,6 +283,14 @@ TEST_F(BridgeConfigFile, EveryNumberThatCantBeIsRefusedByItsName) {
                                good.mutable_states()->mutable_rpy_mb_rad()})
       point->set_x(0), point->set_y(0), point->set_z(0);
     good.mutable_depth()->set_image("/depth");
+    good.mutable_px4()->set_release("1.16");
+    good.mutable_px4()->mutable_radio()->set_arm(5);
+    good.mutable_px4()->mutable_versions()->Add()->set_topic("vehicle_status");
+    good.mutable_px4()->mutable_versions(0)->set_version(1);
+    good.mutable_px4()->mutable_state()->mutable_p_wl()->set_x(1);
+    good.mutable_px4()->mutable_state()->mutable_p_wl()->set_y(1);
+    good.mutable_px4()->mutable_state()->mutable_p_wl()->set_z(1);
+    if (firmware == Firmware::kPx4) good.mutable_safety()->set_needs_firmware_failsafe(false);
     const auto loaded = load(good.DebugString(), firmware);
     ASSERT_TRUE(loaded.ok()) << loaded.error();
     for_each_number(
@@ -306,6 +318,55 @@ TEST_F(BridgeConfigFile, EveryNumberThatCantBeIsRefusedByItsName) {
         });
   }
   EXPECT_GT(refusals, 400);
+}
+
+// ---- PX4 over DDS --------------------------------------------------------------------------------------------------
+
+constexpr const char* kFailsafeSeen = "safety { needs_firmware_failsafe: false } ";
+
+TEST_F(BridgeConfigFile, Px4HasItsSection) {
+  const auto config = load(std::string(kRacer) +
+                               "safety { arm_by: ITSELF needs_firmware_failsafe: false } thrust { exponent: 1.5 } "
+                               "px4 { release: '1.17' domain: 3 namespace: 'px4_1' own_component: 300 "
+                               "  vehicle_system: 2 stamps: ARRIVAL link_delay: 0.01 clock { most_error: 0.05 } "
+                               "  state { p_WL { x: 1 y: 2 z: 3 } yaw_WL_rad: 0.5 } radio_from: MANUAL_CONTROL "
+                               "  radio { kill: 6 } arm_by_command: true "
+                               "  versions { topic: 'vehicle_status' version: 2 } }",
+                           Firmware::kPx4);
+  ASSERT_TRUE(config) << config.error();
+  const auto& px4 = std::get<Px4Config>(config->firmware);
+  EXPECT_EQ(px4.bus.release, px4::Release::k1_17);
+  EXPECT_EQ(px4.bus.domain, 3U);
+  EXPECT_EQ(px4.bus.name_space, "px4_1");
+  EXPECT_EQ(px4.bus.versions.at("vehicle_status"), 2);
+  EXPECT_EQ(px4.own_component, 300);
+  EXPECT_EQ(px4.vehicle_system, 2);
+  EXPECT_EQ(px4.stamps, Stamps::kArrival);
+  EXPECT_EQ(px4.clock.most_error, 50ms);
+  EXPECT_EQ(px4.state.frame.p_WL, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(px4.radio_from, RadioFrom::kManualControl);
+  EXPECT_EQ(px4.radio.kill, 6);
+  EXPECT_TRUE(px4.arm_by_command);
+  EXPECT_EQ(px4.thrust.exponent, 1.5);
+  EXPECT_EQ(px4.quadrotor.mass_kg, config->session.quadrotor.mass_kg);
+}
+
+TEST_F(BridgeConfigFile, MistakesAboutPx4AreNamed) {
+  const auto field = [&](const std::string& section, const std::string& safety = kFailsafeSeen) {
+    return refused(kRacer + safety + section, Firmware::kPx4).field;
+  };
+  const auto px4 = [&](const std::string& fields) { return field("px4 { radio { arm: 5 } " + fields + " }"); };
+  EXPECT_EQ(field(kMavlink), "px4");
+  EXPECT_EQ(px4("release: '2.0'"), "px4.release");
+  EXPECT_EQ(px4("release: '1.16' domain: 300"), "px4.domain");
+  EXPECT_EQ(px4("release: '1.16' namespace: '/'"), "px4.namespace");
+  EXPECT_EQ(px4("release: '1.16' own_component: 70000"), "px4.own_component");
+  EXPECT_EQ(px4("release: '1.16' clock { most_error: 5 }"), "px4.clock.most_error");
+  EXPECT_EQ(px4("release: '1.16' versions { topic: 'wings' version: 1 }"), "px4.versions.topic");
+  EXPECT_EQ(field("px4 { release: '1.16' }"), "px4.radio.arm");
+  EXPECT_EQ(field("px4 { release: '1.16' }", "safety { arm_by: ITSELF needs_firmware_failsafe: false } "),
+            "px4.arm_by_command");
+  EXPECT_EQ(field("px4 { release: '1.16' radio { arm: 5 } }", ""), "safety.needs_firmware_failsafe");
 }
 
 }  // namespace
