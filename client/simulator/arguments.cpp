@@ -117,8 +117,8 @@ void declare(CLI::App* app, Arguments* a) {
       ->group("Time");
 
   auto* controller = app->add_option("--flight-controller", a->flight_controller,
-                                     "Real time: the firmware that flies the vehicle, running on this machine or "
-                                     "another (betaflight, of its target SITL)");
+                                     "The firmware that flies the vehicle, running on this machine or another "
+                                     "(betaflight, of its target SITL; in lockstep with the clock library)");
   controller->check(CLI::IsMember({"betaflight"}))->group("Firmware");
   app->add_option("--firmware-address", a->firmware_address, "Where it serves MSP")
       ->capture_default_str()

@@ -19,8 +19,10 @@ struct FirmwareOptions {
   std::string address = "tcp:127.0.0.1:5761";  ///< its MSP; states go to the same host
   std::uint16_t state_port = firmware::betaflight_sitl::kStatePort;
   std::uint16_t motors_port = firmware::betaflight_sitl::kMotorsPort;
+  std::uint16_t channels_port = firmware::betaflight_sitl::kChannelsPort;  ///< used from 4.5 on, MSP before
   Stamp arm_limit = std::chrono::seconds(20);            ///< from the first step until it is armed; 1 to 60 s
-  Stamp silence_limit = std::chrono::milliseconds(500);  ///< motors this old end the race; 20 ms to 5 s
+  Stamp silence_limit = std::chrono::milliseconds(500);  ///< real time: motors this old end the race; 20 ms to 5 s
+  Stamp answer_limit = std::chrono::seconds(3);  ///< lockstep: a step that takes longer ends the race; 0.1 to 60 s
 };
 /// Says which field is wrong and why.
 Status validate(const FirmwareOptions& options);
@@ -37,18 +39,21 @@ Status validate(const FirmwareOptions& options);
 /// reason against it, then on; then it hovers on the spot. A firmware that does not arm within its time, that brings no
 /// motors or no status any more, or that disarms in mid-race, is no longer well().
 ///
-/// It runs by the machine's clock, so the plant must, too.
-/// Thread-safe: no.   Real-time safe: step() yes (system calls, no allocation); the rest no.
-class FirmwareInLoop {
+/// In real time it runs by the machine's clock, so the plant must, too. In lockstep, for which it needs the clock library
+/// (client/firmware/betaflight_sitl/packets.h), it runs on for the plant's step, and what its motors come to in one step
+/// turns the rotors in the next.
+/// Thread-safe: no.   Real-time safe: step() in real time (system calls, no allocation); the rest no.
+class FirmwareInLoop final : private bridge::betaflight::ChannelSink {
  public:
   /// Finds the firmware and holds its settings against the vehicle.
   /// Errors: those of validate(options) and betaflight::open(); kInvalid for a vehicle that is not driven by body rates
   /// ("actuation"), that has no rotor in one of the four corners ("quadrotor.rotor"), whose rotors turn the other way
   /// than the firmware's mixer has them ("yaw_motors_reversed"), or for a truth of the simulator's own rate loop
   /// ("mismatch").
-  static Result<std::unique_ptr<FirmwareInLoop>> open(const FirmwareOptions& options, const config::Scenario& scenario);
+  static Result<std::unique_ptr<FirmwareInLoop>> open(const FirmwareOptions& options, const config::Scenario& scenario,
+                                                      protocol::Timing timing);
   /// Has it disarmed; takes 0.3 s when it was armed.
-  ~FirmwareInLoop();
+  ~FirmwareInLoop() override;
   FirmwareInLoop(const FirmwareInLoop&) = delete;
   FirmwareInLoop& operator=(const FirmwareInLoop&) = delete;
 
@@ -74,16 +79,21 @@ class FirmwareInLoop {
   /// For each rotor of the vehicle the place of its motor.
   using Places = std::array<std::size_t, kRotors>;
 
-  FirmwareInLoop(const FirmwareOptions& options, const QuadrotorModel& model, const Places& places,
-                 std::unique_ptr<Vehicle> vehicle, std::unique_ptr<Exchange> exchange);
+  FirmwareInLoop(const FirmwareOptions& options, protocol::Timing timing, const QuadrotorModel& model,
+                 const Places& places, std::unique_ptr<Vehicle> vehicle, std::unique_ptr<Exchange> exchange);
   static Result<Places> places(const QuadrotorModel& model, bool yaw_reversed);
-  void exchange(const QuadrotorState& state, const Eigen::Vector3d& acceleration_W) noexcept;
+  bool send(const bridge::betaflight::Channels::Pulses& pulses) noexcept override;
+  bool lockstep() const noexcept { return timing_ == protocol::Timing::kLockstep; }
+  Stamp now() const noexcept;
+  void hear() noexcept;
+  void tell(const QuadrotorState& state, const Eigen::Vector3d& acceleration_W) noexcept;
   bool due(Stamp now) noexcept;
   void arm(Stamp now) noexcept;
   void enter(Phase phase, Stamp now) noexcept;
   void watch(Stamp now) noexcept;
 
   const FirmwareOptions options_;
+  const protocol::Timing timing_;
   const QuadrotorModel model_;
   const Places places_;
   const std::unique_ptr<Vehicle> vehicle_;
@@ -94,7 +104,10 @@ class FirmwareInLoop {
   Phase phase_ = Phase::kStanding;
   Trouble trouble_ = Trouble::kNone;
   bool begun_ = false, flying_ = false;
+  bool answers_ = true;  // lockstep: the last step had its motors
+  Stamp time_{0};        // lockstep
   Stamp begin_{0}, phase_since_{0}, next_command_{0};
+  Stamp status_stamp_{0}, status_heard_{0};  // of the newest status: now(), and the machine's clock
   QuadrotorState last_;
   firmware::betaflight_sitl::Motors motors_{};
 };

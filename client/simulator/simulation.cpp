@@ -27,9 +27,6 @@ Status validate(const Options& options) {
   if (!(options.state_rate_hz >= 10 && options.state_rate_hz <= 1000))
     return Error::invalid("state_rate_hz", text(options.state_rate_hz) + " Hz", "10 to 1000 Hz");
   if (!options.firmware) return {};
-  if (options.timing != Timing::kRealTime)
-    return Error{"a firmware runs by the machine's clock, expected real time with it (--realtime)", ErrorCode::kInvalid,
-                 "timing"};
   if (auto status = validate(*options.firmware); !status) return status;
   if (options.firmware->arm_limit >= options.give_up)
     return Error::invalid("arm_limit", text(seconds(options.firmware->arm_limit)) + " s",
@@ -52,7 +49,7 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   if (auto status = validate(options); !status) return status.failure();
   std::unique_ptr<FirmwareInLoop> firmware;
   if (options.firmware) {
-    auto opened = FirmwareInLoop::open(*options.firmware, scenario);
+    auto opened = FirmwareInLoop::open(*options.firmware, scenario, options.timing);
     if (!opened) return opened.failure();
     firmware = std::move(opened).value();
   }
@@ -78,8 +75,8 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
     run_lockstep(race, &report);
   } else {
     run_real_time(race, &report);
-    if (firmware && !firmware->ready() && !firmware->well()) return firmware->failure();
   }
+  if (firmware && !firmware->ready() && !firmware->well()) return firmware->failure();
   problems.listen(seconds(vehicle.race_time()));
   report.wall_s = seconds(MonotonicClock().now() - begin);
   vehicle.fill(&report);
