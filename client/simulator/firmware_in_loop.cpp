@@ -18,12 +18,13 @@ using flight::Wanted;
 
 const MonotonicClock kClock;
 
-constexpr auto kSettle = 300ms;         // of channels with the switch off, before it is thrown
-constexpr auto kArmPatience = 1s;       // of a thrown switch; then off and on again
-constexpr auto kSpinUp = 100ms;         // from armed to motors that hover
-constexpr auto kDisarm = 300ms;         // of channels with the switch off, after the race
-constexpr auto kStatusLimit = 1500ms;   // it is asked for many times in this
-constexpr double kChannels_hz = 500.0;  // over UDP
+constexpr auto kSettle = 300ms;        // of channels with the switch off, before it is thrown
+constexpr auto kArmPatience = 1s;      // of a thrown switch; then off and on again
+constexpr auto kSpinUp = 100ms;        // from armed to motors that hover
+constexpr auto kDisarm = 300ms;        // of channels with the switch off, after the race
+constexpr auto kStatusLimit = 1500ms;  // it is asked for many times in this
+constexpr auto kChannelsPeriod = 2ms;  // over UDP; MSP, 100 times a second
+constexpr auto kAskPatience = 10s;     // a firmware on a busy machine may be late with its first answers
 constexpr double kIdle = 0.05;  // of a motor's output, about as the firmware comes; the rest is learned in flight
 
 /// The first guess of the throttle that hovers, T = T_max o^2, o = idle + (1 - idle) throttle.
@@ -45,6 +46,14 @@ sdk::Setpoint hover_of(const QuadrotorModel& model) {
 Eigen::Vector3d specific_force_B(const QuadrotorState& state, const Eigen::Vector3d& acceleration_W) noexcept {
   const Eigen::Vector3d felt_W = acceleration_W + Eigen::Vector3d(0.0, 0.0, kGravity_m_s2);
   return state.q_WB.conjugate() * felt_W;
+}
+
+Result<std::unique_ptr<bridge::betaflight::BetaflightVehicle>> open_patiently(
+    const bridge::betaflight::Options& options, const QuadrotorModel& model) {
+  for (const Stamp end = kClock.now() + kAskPatience;;) {
+    auto vehicle = bridge::betaflight::open(options, model, kClock);
+    if (vehicle || vehicle.failure().field != "link" || kClock.now() > end) return vehicle;
+  }
 }
 
 sitl::Wire wire_of(const firmware::msp::FirmwareVersion& version) {
@@ -90,7 +99,7 @@ Result<std::unique_ptr<FirmwareInLoop>> FirmwareInLoop::open(const FirmwareOptio
   bridge.link = *firmware::parse_address(options.address);
   bridge.thrust = thrust_options(told);
   bridge.receiver = bridge::betaflight::Options::Receiver::kUdp;
-  auto vehicle = bridge::betaflight::open(bridge, told, kClock);
+  auto vehicle = open_patiently(bridge, told);
   if (!vehicle) return vehicle.failure();
   const auto& settings = vehicle.value()->settings();
   const auto found = places(told, settings.mixer.yaw_reversed);
@@ -114,7 +123,7 @@ FirmwareInLoop::FirmwareInLoop(const FirmwareOptions& options, protocol::Timing 
       exchange_(std::move(exchange)),
       name_(vehicle_->description().front()),
       hover_(hover_of(model)) {
-  if (bridge::betaflight::hears_udp(vehicle_->settings().version)) vehicle_->send_through(this);
+  if (bridge::betaflight::hears_udp(vehicle_->settings().version)) vehicle_->send_through(this, kChannelsPeriod);
 }
 
 FirmwareInLoop::~FirmwareInLoop() {

@@ -58,8 +58,12 @@ class BetaflightVehicle final : public Vehicle, public flight::Actuator, public 
   std::optional<flight::ControllerStatus> newest(Stamp now) noexcept override;
   void want(Stamp, flight::Wanted wanted) noexcept override { wanted_ = wanted; }
 
-  /// Channels go there from now on, not over MSP (Receiver::kUdp). @param sink  outlives this
-  void send_through(ChannelSink* sink) noexcept { sink_ = sink; }
+  /// Channels go there from now on, not over MSP, which they no longer wait for (Receiver::kUdp).
+  /// @param sink  outlives this
+  void send_through(ChannelSink* sink, Stamp period) noexcept {
+    sink_ = sink;
+    period_ = period;
+  }
   /// Learns of the thrust in flight; the bridge gives it the states.
   flight::ThrustEstimate& thrust() noexcept { return thrust_; }
   /// What the firmware measured last, FLU; empty: nothing yet.
@@ -83,7 +87,7 @@ class BetaflightVehicle final : public Vehicle, public flight::Actuator, public 
   const Options options_;
   const Settings settings_;
   const Channels channels_;
-  const Stamp period_;
+  Stamp period_;
   const std::size_t channel_count_;
   const std::unique_ptr<msp::Connection> connection_;
   ChannelSink* sink_ = nullptr;

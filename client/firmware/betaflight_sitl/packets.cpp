@@ -1,5 +1,6 @@
 #include "client/firmware/betaflight_sitl/packets.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -66,6 +67,12 @@ std::optional<State> read_state(std::span<const std::uint8_t> packet, Wire wire)
   return state;
 }
 
+double read_stamp_s(std::span<const std::uint8_t> packet) noexcept {
+  double stamp_s = 0.0;
+  std::memcpy(&stamp_s, packet.data() + kTime * sizeof(double), sizeof(stamp_s));
+  return stamp_s;
+}
+
 std::array<std::uint8_t, kMotorsBytes> encode(const Motors& motors, Wire wire) noexcept {
   std::array<float, 4> numbers{};
   for (std::size_t i = 0; i < motors.size(); ++i) numbers[places(wire)[i]] = static_cast<float>(motors[i]);
@@ -83,6 +90,14 @@ std::optional<Motors> read_motors(std::span<const std::uint8_t> packet, Wire wir
     motors[i] = output;
   }
   return motors;
+}
+
+std::array<std::uint8_t, kStampedMotorsBytes> encode(const StampedMotors& motors, Wire wire) noexcept {
+  std::array<std::uint8_t, kStampedMotorsBytes> packet{};
+  const auto plain = encode(motors.motors, wire);
+  std::copy(plain.begin(), plain.end(), packet.begin());
+  std::memcpy(packet.data() + kMotorsBytes, &motors.stamp_s, sizeof(motors.stamp_s));
+  return packet;
 }
 
 std::optional<StampedMotors> read_stamped_motors(std::span<const std::uint8_t> packet, Wire wire) noexcept {

@@ -52,6 +52,8 @@ inline constexpr double kConstantStamp_s = 1.0;
 std::array<std::uint8_t, kStateBytes> encode(const State& state, Wire wire, double stamp_s = kConstantStamp_s) noexcept;
 /// Nothing when it has another size, or holds what is not finite.
 std::optional<State> read_state(std::span<const std::uint8_t> packet, Wire wire) noexcept;
+/// @pre it is a state
+double read_stamp_s(std::span<const std::uint8_t> packet) noexcept;
 
 /// Outputs of the motors, 0 to 1, by place: rear right, front right, rear left, front left, which is the order in which
 /// Betaflight numbers them.
@@ -65,6 +67,7 @@ struct StampedMotors {
   Motors motors{};
   double stamp_s = 0.0;
 };
+std::array<std::uint8_t, kStampedMotorsBytes> encode(const StampedMotors& motors, Wire wire) noexcept;
 /// Nothing when it has another size, or is not finite, or a motor is beyond 0 to 1.
 std::optional<StampedMotors> read_stamped_motors(std::span<const std::uint8_t> packet, Wire wire) noexcept;
 

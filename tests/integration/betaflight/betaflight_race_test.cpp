@@ -28,9 +28,9 @@ config::Scenario circle() {
   return scenario;
 }
 
-Options through(const FirmwareOptions& firmware) {
+Options through(const FirmwareOptions& firmware, protocol::Timing timing = protocol::Timing::kRealTime) {
   Options options;
-  options.timing = protocol::Timing::kRealTime;
+  options.timing = timing;
   options.firmware = firmware;
   return options;
 }
@@ -65,6 +65,7 @@ class BoardInTheLoop : public testing::Test {
     board = std::make_unique<test::SitlBoard>(firmware.motors_port, firmware::betaflight_sitl::Wire::kUntil2025);
     firmware.address = "tcp:127.0.0.1:" + std::to_string(board->msp_port());
     firmware.state_port = board->state_port();
+    firmware.channels_port = board->channels_port();
     scenario.vehicle.quadrotor.rotor_spin = {-1, -1, 1, 1};  // as the board's mixer has them
   }
   config::Scenario scenario = circle();
@@ -75,6 +76,33 @@ class BoardInTheLoop : public testing::Test {
 TEST_F(BoardInTheLoop, ArmsFliesALapAndDisarms) {
   expect_won(scenario, through(firmware));
   EXPECT_FALSE(board->armed());
+}
+
+TEST_F(BoardInTheLoop, FliesALapInLockstepThatIsTheSameAgain) {
+  const auto first = race(scenario, through(firmware, protocol::Timing::kLockstep));
+  ASSERT_TRUE(first.ok()) << first.error();
+  EXPECT_EQ(first->outcome, Outcome::kFinished) << summarize(*first);
+  EXPECT_FALSE(board->armed());
+  const auto again = race(scenario, through(firmware, protocol::Timing::kLockstep));
+  ASSERT_TRUE(again.ok()) << again.error();
+  EXPECT_NEAR(again->race_time_s, first->race_time_s, 1e-9);
+}
+
+TEST_F(BoardInTheLoop, OneThatHangsInLockstepIsToldToo) {
+  firmware.answer_limit = 500ms;
+  const auto report = race(scenario, through(firmware, protocol::Timing::kLockstep), [&](const Progress& progress) {
+    if (progress.race_time_s > 0.2) board->hang();
+  });
+  ASSERT_TRUE(report.ok()) << report.error();
+  EXPECT_EQ(report->outcome, Outcome::kFlightControllerLost) << report->sentence;
+  EXPECT_THAT(report->sentence, HasSubstr("is silent for"));
+}
+
+TEST_F(BoardInTheLoop, OneWithAClockOfItsOwnIsToldInLockstep) {
+  board->keep_own_clock();
+  const auto report = race(scenario, through(firmware, protocol::Timing::kLockstep));
+  ASSERT_FALSE(report.ok());
+  EXPECT_THAT(report.error(), HasSubstr("LD_PRELOAD=libgatefield-betaflight-clock.so"));
 }
 
 TEST_F(BoardInTheLoop, OneThatHangsEndsTheRaceWithItsOwnOutcome) {

@@ -4,9 +4,10 @@
 // The firmware's main thread asks for the time (CLOCK_MONOTONIC) and sleeps; its other threads take states, channels
 // and MSP from sockets. So the main thread runs on a clock of ours:
 //
-//   free    it is the machine's, and goes on from where it was
-//   bound   it stands but for the main thread: each look at it takes kLook, a sleep takes as long as it says and no real
-//           time. At the horizon, which each state moves on, the main thread answers with its newest motors and waits.
+//   free    it follows the machine's, by at most kMaxCatchUp a look: its scheduler would give up the gyro for good if it
+//           were kept from running for some periods of it just after the start, as busy machines do
+//   bound   each look takes kLook, a sleep takes as long as it says and no real time. At the horizon, which each state
+//           moves on, the main thread answers with its newest motors and waits.
 //
 // A state whose stamp is a little later than the last one's binds. One whose stamp stands still frees, and so does
 // silence for kPatience: a firmware whose simulator has gone is an ordinary one again. A state moves the horizon only
@@ -32,6 +33,7 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kLook = 250;  // ns; its scheduler looks at the clock until a time has come, so time must pass
+constexpr std::int64_t kMaxCatchUp = 2'000;
 constexpr std::int64_t kPatience = 5 * kSecond;
 constexpr std::int64_t kMaxStep = kSecond / 10;  // a stamp that is further on begins anew
 constexpr std::int64_t kDrainLimit = kSecond / 20;
@@ -119,29 +121,32 @@ class LockstepClock {
 
   bool bound() const noexcept { return bound_; }
 
-  /// The main thread's time, `span` later. Waits at the horizon.
-  std::int64_t pass(std::int64_t span) noexcept {
-    if (!bound_) return seen_ = std::max(seen_, real_now() + ahead_);
-    std::int64_t now = std::max<std::int64_t>(now_, seen_);
-    for (std::int64_t end = now + span; bound_; end = now + span) {
-      const std::int64_t horizon = horizon_;
-      if (end <= horizon) return seen_ = now_ = end;
-      span -= std::max<std::int64_t>(horizon - now, 0);
-      now = std::max(now, horizon);
-      now_ = now;
-      wait_at(horizon);
-    }
-    return seen_ = now;
+  /// Of any thread.
+  std::int64_t now() const noexcept { return now_; }
+
+  /// The main thread looks at the time, which goes on by that.
+  std::int64_t look() noexcept {
+    if (bound_) return pass(kLook);
+    const std::int64_t now = now_;
+    return now_ = std::clamp(real_now() + ahead_, now, now + kMaxCatchUp);
   }
 
-  /// Any other thread's.
-  std::int64_t look() const noexcept { return bound_ ? now_.load() : real_now() + ahead_; }
+  /// The main thread sleeps.
+  void sleep(std::int64_t span) noexcept {
+    if (bound_) {
+      pass(span);
+      return;
+    }
+    const std::int64_t end = now_ + span, early = end - (real_now() + ahead_);
+    if (early > 0) pause_really(early);
+    now_ = end;
+  }
 
   /// The main thread may run on until `span` later, which is what the state of this stamp says.
   void move_on(std::int64_t span, double stamp) noexcept {
     pthread_mutex_lock(&mutex_);
     if (!bound_) {
-      horizon_ = now_ = real_now() + ahead_;
+      horizon_ = now_.load();
       bound_ = true;
     }
     horizon_ = horizon_ + span;
@@ -160,14 +165,32 @@ class LockstepClock {
     pthread_mutex_unlock(&mutex_);
   }
 
-  /// The main thread's.
-  Answer& answer() noexcept { return answer_; }
+  /// Motors that are to be sent, by any thread: the first state has its own thread send some.
+  void keep(int fd, const void* motors, const sockaddr* to) noexcept {
+    pthread_mutex_lock(&mutex_);
+    answer_.keep(fd, motors, to);
+    pthread_mutex_unlock(&mutex_);
+  }
 
  private:
+  /// The main thread's time, `span` later. Waits at the horizon; less of the span passes when it is freed there.
+  std::int64_t pass(std::int64_t span) noexcept {
+    while (bound_) {
+      const std::int64_t now = now_, horizon = horizon_;
+      if (now + span <= horizon) return now_ = now + span;
+      if (now < horizon) {
+        span -= horizon - now;
+        now_ = horizon;
+      }
+      wait_at(horizon);
+    }
+    return now_;
+  }
+
   void wait_at(std::int64_t horizon) noexcept {
-    if (std::exchange(answered_, horizon) != horizon) answer_.send(stamp_);
     const timespec end = timespec_of(real_now() + kPatience);
     pthread_mutex_lock(&mutex_);
+    if (horizon_ == horizon && std::exchange(answered_, horizon) != horizon) answer_.send(stamp_);
     int outcome = 0;
     while (bound_ && horizon_ == horizon && outcome == 0) outcome = pthread_cond_timedwait(&moved_on_, &mutex_, &end);
     const bool moved = horizon_ != horizon;
@@ -178,10 +201,12 @@ class LockstepClock {
   pthread_mutex_t mutex_ = PTHREAD_MUTEX_INITIALIZER;
   pthread_cond_t moved_on_{};
   std::atomic<bool> bound_{false};
-  std::atomic<std::int64_t> now_{0}, horizon_{0}, ahead_{0};  // ahead of the machine's clock, while free
-  std::atomic<double> stamp_{0.0};
-  std::int64_t seen_ = 0, answered_ = 0;  // the main thread's
+  std::atomic<std::int64_t> now_{real_now()};  // written by the main thread
+  std::atomic<std::int64_t> horizon_{0};       // while bound
+  std::atomic<std::int64_t> ahead_{0};         // of the machine's clock, while free
+  double stamp_ = 0.0;                         // under the mutex, as the answer
   Answer answer_;
+  std::int64_t answered_ = 0;  // the horizon; the main thread's
 };
 LockstepClock& lockstep() noexcept {
   static LockstepClock clock;
@@ -247,13 +272,13 @@ extern "C" {
 
 int clock_gettime(clockid_t clock, timespec* time) noexcept {
   if (clock != CLOCK_MONOTONIC) return real().clock_gettime(clock, time);
-  *time = timespec_of(takes == Takes::kNothing ? lockstep().pass(kLook) : lockstep().look());
+  *time = timespec_of(takes == Takes::kNothing ? lockstep().look() : lockstep().now());
   return 0;
 }
 
 int nanosleep(const timespec* span, timespec* rest) {
-  if (takes != Takes::kNothing || !lockstep().bound()) return real().nanosleep(span, rest);
-  lockstep().pass(span->tv_sec * kSecond + span->tv_nsec);
+  if (takes != Takes::kNothing) return real().nanosleep(span, rest);
+  lockstep().sleep(span->tv_sec * kSecond + span->tv_nsec);
   return 0;
 }
 
@@ -296,9 +321,9 @@ ssize_t recvfrom(int fd, void* buffer, size_t size, int flags, sockaddr* from, s
 }
 
 ssize_t sendto(int fd, const void* bytes, size_t size, int flags, const sockaddr* to, socklen_t to_size) {
-  if (takes == Takes::kNothing && goes_to_the_simulator(to, to_size, size)) {
-    lockstep().answer().keep(fd, bytes, to);
-    if (lockstep().bound()) return static_cast<ssize_t>(size);
+  if (goes_to_the_simulator(to, to_size, size)) {
+    lockstep().keep(fd, bytes, to);
+    if (takes == Takes::kNothing && lockstep().bound()) return static_cast<ssize_t>(size);
   }
   return real().sendto(fd, bytes, size, flags, to, to_size);
 }
