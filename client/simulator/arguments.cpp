@@ -38,7 +38,7 @@ void declare(CLI::App* app, Arguments* a) {
       "  gatefield-sim --scenario circle-yaw30 --realtime                        at the speed of the real world\n"
       "  gatefield-sim --actuation body-rates --setpoint-delay-ms 20             through a flight controller's rate "
       "loop\n"
-      "  gatefield-sim --realtime --flight-controller betaflight                 through a real firmware\n"
+      "  gatefield-sim --vehicle racer-betaflight --flight-controller betaflight through a real firmware\n"
       "  gatefield-sim --course my/course.txt --vehicle my/drone.txt             files of your own "
       "(docs/courses-and-vehicles.md)\n"
       "\nExit code\n"
@@ -125,6 +125,13 @@ void declare(CLI::App* app, Arguments* a) {
       ->needs(controller)
       ->group("Firmware");
 
+  app->add_option("--gyro-noise", a->gyro_noise_rad_s, "Noise of each sample of its gyro, rad/s")
+      ->needs(controller)
+      ->group("Firmware");
+  app->add_option("--gyro-bias", a->gyro_bias_rad_s, "Bias of its gyro, drawn once a flight, rad/s")
+      ->needs(controller)
+      ->group("Firmware");
+
   app->add_option("--csv", a->csv, "Write the run here, a line every 10 ms")->group("Output");
   app->add_option("--picture", a->picture, "Write a picture of the flight here (PNG)")->group("Output");
   app->add_option("--depth-picture", a->depth_picture, "Write a depth frame in colours here (PNG)")->group("Output");
@@ -191,7 +198,11 @@ Options race_options(const Arguments& a) {
   options.link_loss = a.loss;
   options.state_rate_hz = a.state_rate_hz;
   options.depth_in_counts = !a.depth_metres;
-  if (!a.flight_controller.empty()) options.firmware.emplace().address = a.firmware_address;
+  if (!a.flight_controller.empty()) {
+    FirmwareOptions& firmware = options.firmware.emplace();
+    firmware.address = a.firmware_address;
+    firmware.gyro = {a.gyro_noise_rad_s, a.gyro_bias_rad_s};
+  }
   return options;
 }
 

@@ -28,6 +28,7 @@ struct Arguments {
   double delay_ms = 0.0, jitter_ms = 0.0, loss = 0.0;
   double state_rate_hz = 200.0;
   std::string flight_controller, firmware_address = FirmwareOptions().address;
+  double gyro_noise_rad_s = 0.0, gyro_bias_rad_s = 0.0;
   double connect_timeout_s = 10.0;
   std::string csv, picture, depth_picture, frame_folder;
   std::string log_level = "warn";

@@ -86,6 +86,10 @@ Status validate(const FirmwareOptions& options) {
     if (value < least || value > most)
       return Error::invalid(field, text(seconds(value)) + " s",
                             text(seconds(least)) + " to " + text(seconds(most)) + " s");
+  for (const auto& [field, value, most] : {std::tuple("gyro.noise_rad_s", options.gyro.noise_rad_s, 1.0),
+                                           std::tuple("gyro.bias_rad_s", options.gyro.bias_rad_s, 0.5)})
+    if (!(value >= 0 && value <= most))
+      return Error::invalid(field, text(value) + " rad/s", "0 to " + text(most) + " rad/s");
   return {};
 }
 
@@ -108,12 +112,12 @@ Result<std::unique_ptr<FirmwareInLoop>> FirmwareInLoop::open(const FirmwareOptio
       {bridge.link.place, options.state_port, options.motors_port, options.channels_port, wire_of(settings.version)},
       kClock);
   if (!exchange) return exchange.failure();
-  return std::unique_ptr<FirmwareInLoop>(
-      new FirmwareInLoop(options, timing, told, *found, std::move(vehicle).value(), std::move(exchange).value()));
+  return std::unique_ptr<FirmwareInLoop>(new FirmwareInLoop(options, timing, told, *found, scenario.seed,
+                                                            std::move(vehicle).value(), std::move(exchange).value()));
 }
 
 FirmwareInLoop::FirmwareInLoop(const FirmwareOptions& options, protocol::Timing timing, const QuadrotorModel& model,
-                               const Places& places, std::unique_ptr<Vehicle> vehicle,
+                               const Places& places, std::uint64_t seed, std::unique_ptr<Vehicle> vehicle,
                                std::unique_ptr<Exchange> exchange)
     : options_(options),
       timing_(timing),
@@ -122,7 +126,9 @@ FirmwareInLoop::FirmwareInLoop(const FirmwareOptions& options, protocol::Timing 
       vehicle_(std::move(vehicle)),
       exchange_(std::move(exchange)),
       name_(vehicle_->description().front()),
-      hover_(hover_of(model)) {
+      hover_(hover_of(model)),
+      random_(seed, Stream("gatefield.firmware.gyro")),
+      gyro_bias_rad_s_(drawn(options.gyro.bias_rad_s)) {
   if (bridge::betaflight::hears_udp(vehicle_->settings().version)) vehicle_->send_through(this, kChannelsPeriod);
 }
 
@@ -171,6 +177,12 @@ bool FirmwareInLoop::send(const bridge::betaflight::Channels::Pulses& pulses) no
 
 Stamp FirmwareInLoop::now() const noexcept { return lockstep() ? time_ : kClock.now(); }
 
+Eigen::Vector3d FirmwareInLoop::drawn(double deviation) noexcept {
+  if (deviation == 0.0) return Eigen::Vector3d::Zero();
+  const double x = random_.normal(), y = random_.normal(), z = random_.normal();
+  return deviation * Eigen::Vector3d(x, y, z);
+}
+
 /// Lockstep: the motors at the end of the last step. Real time: those that came, in tell().
 void FirmwareInLoop::hear() noexcept {
   if (!lockstep() || time_ == Stamp{0}) return;
@@ -181,7 +193,7 @@ void FirmwareInLoop::hear() noexcept {
 
 void FirmwareInLoop::tell(const QuadrotorState& state, const Eigen::Vector3d& acceleration_W) noexcept {
   sitl::State sensed;
-  sensed.body_rates_rad_s = state.w_WB_B;
+  sensed.body_rates_rad_s = state.w_WB_B + gyro_bias_rad_s_ + drawn(options_.gyro.noise_rad_s);
   sensed.q_WB = state.q_WB;
   sensed.specific_force_m_s2 = specific_force_B(state, acceleration_W);
   last_ = state;

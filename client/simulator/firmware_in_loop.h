@@ -8,11 +8,19 @@
 #include "client/bridge/betaflight/vehicle.h"
 #include "client/firmware/betaflight_sitl/exchange.h"
 #include "common/base/clock.h"
+#include "common/base/random.h"
 #include "common/base/result.h"
 #include "common/config/scenario.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::simulator {
+
+/// What is wrong with the gyro that the firmware is given, rad/s: normal, independent per axis. The firmware calibrates
+/// before it is given any, so the bias stays.
+struct GyroErrors {
+  double noise_rad_s = 0.0;  ///< deviation of each sample, one a millisecond; 0 to 1
+  double bias_rad_s = 0.0;   ///< deviation of what is drawn once a flight; 0 to 0.5
+};
 
 /// Where the firmware is that flies the vehicle, and how long it is waited for.
 struct FirmwareOptions {
@@ -22,6 +30,7 @@ struct FirmwareOptions {
   std::uint16_t channels_port = firmware::betaflight_sitl::kChannelsPort;  ///< used from 4.5 on, MSP before
   Stamp arm_limit = std::chrono::seconds(20);            ///< from the first step until it is armed; 1 to 60 s
   Stamp silence_limit = std::chrono::milliseconds(500);  ///< real time: motors this old end the race; 20 ms to 5 s
+  GyroErrors gyro;
   Stamp answer_limit = std::chrono::seconds(3);  ///< lockstep: a step that takes longer ends the race; 0.1 to 60 s
 };
 /// Says which field is wrong and why.
@@ -80,11 +89,13 @@ class FirmwareInLoop final : private bridge::betaflight::ChannelSink {
   using Places = std::array<std::size_t, kRotors>;
 
   FirmwareInLoop(const FirmwareOptions& options, protocol::Timing timing, const QuadrotorModel& model,
-                 const Places& places, std::unique_ptr<Vehicle> vehicle, std::unique_ptr<Exchange> exchange);
+                 const Places& places, std::uint64_t seed, std::unique_ptr<Vehicle> vehicle,
+                 std::unique_ptr<Exchange> exchange);
   static Result<Places> places(const QuadrotorModel& model, bool yaw_reversed);
   bool send(const bridge::betaflight::Channels::Pulses& pulses) noexcept override;
   bool lockstep() const noexcept { return timing_ == protocol::Timing::kLockstep; }
   Stamp now() const noexcept;
+  Eigen::Vector3d drawn(double deviation) noexcept;
   void hear() noexcept;
   void tell(const QuadrotorState& state, const Eigen::Vector3d& acceleration_W) noexcept;
   bool due(Stamp now) noexcept;
@@ -100,6 +111,8 @@ class FirmwareInLoop final : private bridge::betaflight::ChannelSink {
   const std::unique_ptr<Exchange> exchange_;
   const std::string name_;
   const sdk::Setpoint hover_;
+  Random random_;
+  const Eigen::Vector3d gyro_bias_rad_s_;
 
   Phase phase_ = Phase::kStanding;
   Trouble trouble_ = Trouble::kNone;

@@ -58,7 +58,7 @@ void Exchange::begin_step(const State& state, std::chrono::nanoseconds span) noe
 std::optional<Motors> Exchange::end_step(std::chrono::nanoseconds limit) noexcept {
   if (time_ == Stamp{0}) return std::nullopt;
   const Stamp end = clock_.now() + limit;
-  for (Stamp now = clock_.now(); now < end && !has_its_own_clock(); now = clock_.now()) {
+  for (Stamp now = clock_.now(); now < end; now = clock_.now()) {
     if (const auto motors = hear_stamped()) return motors;
     motors_link_->wait(end - now);
   }
@@ -85,7 +85,7 @@ std::optional<Motors> Exchange::hear_stamped() noexcept {
 bool Exchange::send(const Channels& channels) noexcept { return channels_link_->send(encode(channels)).bytes > 0; }
 
 Error Exchange::silence() const {
-  if (has_its_own_clock())
+  if (plain_ > 0 && stamped_ == 0)
     return Error(
         "the firmware at " + state_link_->name() +
             " runs by the machine's clock; for lockstep start it with LD_PRELOAD=libgatefield-betaflight-clock.so, "

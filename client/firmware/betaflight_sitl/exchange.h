@@ -52,15 +52,12 @@ class Exchange {
   std::uint64_t sent() const noexcept { return sent_; }
   std::uint64_t received() const noexcept { return received_; }
   std::uint64_t malformed() const noexcept { return malformed_; }  ///< packets that were no motors
-  /// Motors came, but none of lockstep: the firmware has no clock library.
-  bool has_its_own_clock() const noexcept { return plain_ > kFewPlain && stamped_ == 0; }
-  /// What to say of a firmware that has been silent for too long, or has its own clock in lockstep: kNotAnswering, with
-  /// what to look at.
+  /// What to say of a firmware that has been silent for too long, or has no clock library in lockstep (motors came, but
+  /// without a stamp): kNotAnswering, with what to look at.
   Error silence() const;
 
  private:
-  static constexpr std::uint64_t kFewPlain = 2;  // those of its start and of the first state
-  static constexpr double kBegin_s = 100.0;      // unlike a constant stamp
+  static constexpr double kBegin_s = 100.0;  // unlike a constant stamp
 
   Exchange(std::unique_ptr<Link> state_link, std::unique_ptr<Link> motors_link, std::unique_ptr<Link> channels_link,
            Wire wire, const Clock& clock);

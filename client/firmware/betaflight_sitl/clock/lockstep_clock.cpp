@@ -314,6 +314,8 @@ ssize_t recv(int fd, void* buffer, size_t size, int flags) {
 
 ssize_t recvfrom(int fd, void* buffer, size_t size, int flags, sockaddr* from, socklen_t* from_size) {
   if (takes == Takes::kChannels) channels_socket.taking = true;
+  // 4.4 leaves it unset, and then the call may be refused.
+  if (from_size != nullptr && *from_size > sizeof(sockaddr_storage)) *from_size = sizeof(sockaddr_in);
   const ssize_t got = real().recvfrom(fd, buffer, size, flags, from, from_size);
   if (takes == Takes::kStates && got == static_cast<ssize_t>(kStateBytes))
     states.on_state(static_cast<std::uint8_t*>(buffer));
