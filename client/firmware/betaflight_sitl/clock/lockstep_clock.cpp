@@ -37,9 +37,10 @@ constexpr std::int64_t kMaxCatchUp = 2'000;
 constexpr std::int64_t kPatience = 5 * kSecond;
 constexpr std::int64_t kMaxStep = kSecond / 10;  // a stamp that is further on begins anew
 constexpr std::int64_t kDrainLimit = kSecond / 20;
-constexpr std::int64_t kMspTick = kSecond / 1000;  // its MSP thread looks for what to send this often, at least
+constexpr std::int64_t kMspTick = kSecond / 1000;  // its MSP thread looks this often for what to send: 4.4, every 0.5 s
 constexpr std::uint16_t kStatePort = 9003, kChannelsPort = 9004, kMotorsPort = 9002;
-constexpr std::size_t kStateBytes = 144, kMotorsBytes = 16, kStampBytes = sizeof(double);
+constexpr ssize_t kStateBytes = 144, kStateBytesOf44 = 136;  // the older has no pressure
+constexpr std::size_t kMotorsBytes = 16, kStampBytes = sizeof(double);
 
 template <typename Function>
 Function* next_of(const char* name) noexcept {
@@ -294,7 +295,7 @@ int select(int count, fd_set* readable, fd_set* writable, fd_set* failed, timeva
       break;
     case Takes::kMsp:
       msp_socket.taking = false;
-      if (lockstep().bound() && timeout != nullptr && timeout->tv_sec == 0)
+      if (timeout != nullptr && timeout->tv_sec == 0)
         timeout->tv_usec = std::min<suseconds_t>(timeout->tv_usec, kMspTick / 1000);
       break;
     case Takes::kNothing:
@@ -317,7 +318,7 @@ ssize_t recvfrom(int fd, void* buffer, size_t size, int flags, sockaddr* from, s
   // 4.4 leaves it unset, and then the call may be refused.
   if (from_size != nullptr && *from_size > sizeof(sockaddr_storage)) *from_size = sizeof(sockaddr_in);
   const ssize_t got = real().recvfrom(fd, buffer, size, flags, from, from_size);
-  if (takes == Takes::kStates && got == static_cast<ssize_t>(kStateBytes))
+  if (takes == Takes::kStates && (got == kStateBytes || got == kStateBytesOf44))
     states.on_state(static_cast<std::uint8_t*>(buffer));
   return got;
 }
