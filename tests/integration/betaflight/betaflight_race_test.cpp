@@ -1,10 +1,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <filesystem>
 
+#include "client/simulator/firmware_in_loop.h"
+#include "client/simulator/plant.h"
 #include "client/simulator/simulation.h"
 #include "common/config/locate.h"
+#include "common/config/vehicle.h"
 #include "tests/integration/betaflight/real_firmware.h"
 #include "tests/support/path_follower.h"
 #include "tests/support/sitl_board.h"
@@ -144,19 +148,77 @@ TEST_F(BoardInTheLoop, AVehicleThatDoesNotFitTheFirmwareIsRefused) {
   EXPECT_EQ(refused().field, "actuation");
 }
 
-TEST(RealFirmwareInTheLoop, FliesALap) {
-  if (test::RealFirmware::program().empty())
-    GTEST_SKIP() << "left out: GATEFIELD_BETAFLIGHT_SITL names no program (Betaflight built for the target SITL)";
-  const auto folder = std::filesystem::temp_directory_path() / ("gatefield-betaflight-" + std::to_string(getpid()));
-  {
-    auto settings = test::bridge_settings("ACTUAL", 20, 67, 0);
-    // As the vehicle's rotors turn; and nothing may be added to what the bridge asks for.
-    settings.insert(settings.end(), {"set yaw_motors_reversed = ON", "set throttle_boost = 0", "set rc_smoothing = OFF",
-                                     "set f_roll = 0", "set f_pitch = 0", "set f_yaw = 0"});
-    const test::RealFirmware firmware(folder, settings);
-    expect_won(circle(), through({}));
+class RealFirmwareInTheLoop : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (test::RealFirmware::program().empty())
+      GTEST_SKIP() << "left out: GATEFIELD_BETAFLIGHT_SITL names no program (Betaflight built for the target SITL)";
+    folder = std::filesystem::temp_directory_path() / ("gatefield-betaflight-" + std::to_string(getpid()));
+    scenario.vehicle.actuation =
+        config::load_vehicle(config::find_config("vehicles", "racer-betaflight").value()).value().actuation;
   }
-  std::filesystem::remove_all(folder);
+  void TearDown() override {
+    if (!folder.empty()) std::filesystem::remove_all(folder);
+  }
+  config::Scenario scenario = circle();
+  std::filesystem::path folder;
+};
+
+TEST_F(RealFirmwareInTheLoop, FliesALap) {
+  const test::RealFirmware firmware(folder, test::racer_settings());
+  expect_won(scenario, through({}));
+}
+
+TEST_F(RealFirmwareInTheLoop, FliesALapInLockstepWithANoisyGyro) {
+  const test::RealFirmware firmware(folder, test::racer_settings(), GATEFIELD_CLOCK_LIBRARY);
+  FirmwareOptions options;
+  options.gyro = {0.02, 0.01};
+  const auto report = race(scenario, through(options, protocol::Timing::kLockstep));
+  ASSERT_TRUE(report.ok()) << report.error();
+  EXPECT_EQ(report->outcome, Outcome::kFinished) << summarize(*report);
+}
+
+/// Steps of the rate about each axis, in hover: when 63 % are there, how far it overshoots, and what stays.
+TEST_F(RealFirmwareInTheLoop, LagsAreThoseOfTheShippedVehicle) {
+  const test::RealFirmware firmware(folder, test::racer_settings(), GATEFIELD_CLOCK_LIBRARY);
+  auto opened = FirmwareInLoop::open({}, scenario, protocol::Timing::kLockstep);
+  ASSERT_TRUE(opened.ok()) << opened.error();
+  FirmwareInLoop& loop = **opened;
+  auto plant = Plant::create({}, scenario.vehicle.quadrotor).value();
+  QuadrotorState begin = start_state(scenario);
+  begin.p_WB = {0, 0, 500};
+  while (!loop.ready() && loop.well()) loop.stand(begin);
+  ASSERT_TRUE(loop.ready()) << loop.failure().message;
+
+  constexpr double kStep_rad_s = 1.0, kThere = 0.632, kUnlike = 1.35;
+  for (int axis = 0; axis < 3; ++axis) {
+    sdk::Setpoint setpoint;
+    setpoint.collective_thrust_n = scenario.vehicle.quadrotor.mass_kg * kGravity_m_s2;
+    plant->set_state(begin);
+    const auto fly = [&](Stamp span) {
+      for (Stamp t{0}; t < span; t += Plant::kStep) plant->step_held(loop.step(setpoint, plant->state()));
+    };
+    fly(500ms);
+    setpoint.body_rates_rad_s[axis] = kStep_rad_s;
+    Stamp there{0}, t{0};
+    double most = 0.0;
+    for (; t < 600ms; t += Plant::kStep) {
+      fly(Plant::kStep);
+      const double rate = plant->state().w_WB_B[axis];
+      if (there == Stamp{0} && rate >= kThere * kStep_rad_s) there = t + Plant::kStep;
+      most = std::max(most, rate);
+    }
+    const double told_s = scenario.vehicle.actuation.rate_time_constant_s[axis], last = plant->state().w_WB_B[axis];
+    RecordProperty("axis_" + std::to_string(axis),
+                   std::to_string(1e3 * seconds(there)) + " ms, overshoot " + std::to_string(most - kStep_rad_s));
+    std::printf("axis %d: 63 %% after %.0f ms (told %.0f), overshoot %.2f, after 0.6 s %.3f\n", axis,
+                1e3 * seconds(there), 1e3 * told_s, most - kStep_rad_s, last);
+    EXPECT_LT(seconds(there), kUnlike * told_s);
+    EXPECT_GT(seconds(there), told_s / kUnlike);
+    EXPECT_LT(most, 1.45 * kStep_rad_s);
+    EXPECT_NEAR(last, kStep_rad_s, 0.1);
+  }
+  EXPECT_TRUE(loop.well()) << loop.failure().message;
 }
 
 }  // namespace

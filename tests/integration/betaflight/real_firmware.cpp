@@ -68,6 +68,17 @@ std::vector<std::string> bridge_settings(const std::string& type, int rc_rate, i
   return lines;
 }
 
+std::vector<std::string> racer_settings() {
+  auto settings = bridge_settings("ACTUAL", 100, 100, 0);
+  settings.insert(settings.end(),
+                  {"set yaw_motors_reversed = ON", "set throttle_boost = 0", "set thrust_linear = 0",
+                   "set rc_smoothing = OFF", "set f_roll = 0", "set f_pitch = 0", "set f_yaw = 0", "set p_yaw = 100",
+                   "set i_yaw = 30", "set iterm_relax = RPY", "set serial_update_rate_hz = 1000"});
+  if (RealFirmware::wire() == firmware::betaflight_sitl::Wire::kSince2026)
+    settings.insert(settings.end(), {"feature -RX_MSP", "feature RX_UDP"});
+  return settings;
+}
+
 std::string RealFirmware::program() { return variable("GATEFIELD_BETAFLIGHT_SITL"); }
 
 firmware::betaflight_sitl::Wire RealFirmware::wire() {
@@ -75,8 +86,9 @@ firmware::betaflight_sitl::Wire RealFirmware::wire() {
                                                               : firmware::betaflight_sitl::Wire::kUntil2025;
 }
 
-RealFirmware::RealFirmware(const std::filesystem::path& folder, const std::vector<std::string>& settings)
-    : folder_(folder) {
+RealFirmware::RealFirmware(const std::filesystem::path& folder, const std::vector<std::string>& settings,
+                           std::string clock)
+    : folder_(folder), clock_(std::move(clock)) {
   std::filesystem::create_directories(folder_);
   std::filesystem::remove(folder_ / "eeprom.bin");
   start();
@@ -97,6 +109,7 @@ void RealFirmware::start() {
   options.arguments = {program()};
   options.folder = folder_;
   options.log = folder_ / "firmware.log";
+  if (!clock_.empty()) options.environment = {{"LD_PRELOAD", clock_}};
   process_ = expect(ChildProcess::start(options));
   const sched_param priority{10};
   sched_setscheduler(process_->pid(), SCHED_FIFO, &priority);  // without it a busy machine starves its loop
