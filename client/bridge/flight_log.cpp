@@ -15,8 +15,8 @@ constexpr auto kEvery = 50ms;
 
 }  // namespace
 
-FlightLog::FlightLog(const flight::SupervisorOptions& options, Stamp period, sdk::Client* client)
-    : options_(options), period_(period), client_(*client), writer_([this] { write_until_the_end(); }) {}
+FlightLog::FlightLog(const flight::SupervisorOptions& options, const Actuation& told, Stamp period, sdk::Client* client)
+    : options_(options), told_(told), period_(period), client_(*client), writer_([this] { write_until_the_end(); }) {}
 
 FlightLog::~FlightLog() {
   ending_ = true;
@@ -39,11 +39,13 @@ void FlightLog::on_supervised(const flight::Directive& directive, const flight::
   phase_ = directive.phase;
   const bool in_the_air = flight::contains(flight::kInTheAir, phase_);
   flown_ = flown_ || in_the_air;
+  const bool silent = (directive.failing & flight::bit(flight::Check::kControllerHeard)) != 0;
   if (flown_) {
-    link_lost_ = link_lost_ || directive.cause == flight::Cause::kControllerSilent;
+    // One that dies takes its states with it, which are missed first.
+    link_lost_ = link_lost_ || directive.cause == flight::Cause::kControllerSilent ||
+                 (phase_ == flight::Phase::kKilled && silent);
     return;
   }
-  const bool silent = (directive.failing & flight::bit(flight::Check::kControllerHeard)) != 0;
   silent_ = silent ? silent_ + period_ : Stamp{0};
   link_lost_ = silent_ >= kLinkLost;
 }
@@ -59,6 +61,7 @@ void FlightLog::write_until_the_end() {
     std::this_thread::sleep_for(kEvery);
   }
   write();
+  write_found();
 }
 
 void FlightLog::write() {
@@ -101,6 +104,13 @@ void FlightLog::write_problems() {
     else
       log::info("the server no longer says: " + words);
   }
+}
+
+void FlightLog::write_found() {
+  const auto telemetry = client_.telemetry();
+  if (!telemetry) return;
+  const std::string found = protocol::in_words(telemetry->identified, told_);
+  if (!found.empty()) log::info("found in flight: " + found);
 }
 
 }  // namespace gatefield::bridge

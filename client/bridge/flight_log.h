@@ -15,8 +15,9 @@
 namespace gatefield::bridge {
 
 /// Watches a supervised flight, tells a person of it, and says when it is over: what the supervisor enters and why,
-/// which checks before arming fail, which gate is next, what the server finds wrong. The loop's thread only leaves
-/// notes; a thread of this class's own writes them to the log.
+/// which checks before arming fail, which gate is next, what the server finds wrong, and at the end how the vehicle
+/// followed what it was asked for. The loop's thread only leaves notes; a thread of this class's own writes them to the
+/// log.
 ///
 /// The flight is over when the vehicle was in the air and is disarmed again, and when nothing was heard of the flight
 /// controller for kLinkLost on the ground (in the air that is the supervisor's affair).
@@ -26,8 +27,9 @@ class FlightLog final : public flight::Observer {
  public:
   static constexpr Stamp kLinkLost{std::chrono::seconds(5)};
 
-  /// @param period  of the loop   @param client  outlives this
-  FlightLog(const flight::SupervisorOptions& options, Stamp period, sdk::Client* client);
+  /// @param told  how the vehicle is driven, as the session was told   @param period  of the loop
+  /// @param client  outlives this
+  FlightLog(const flight::SupervisorOptions& options, const Actuation& told, Stamp period, sdk::Client* client);
   ~FlightLog() override;
   FlightLog(const FlightLog&) = delete;
   FlightLog& operator=(const FlightLog&) = delete;
@@ -52,10 +54,12 @@ class FlightLog final : public flight::Observer {
   void write_checks();
   void write_gates();
   void write_problems();
+  void write_found();
 
   static constexpr std::size_t kKept = 64;  // phases that wait to be written; more at once are not told
 
   const flight::SupervisorOptions options_;
+  const Actuation told_;
   const Stamp period_;
   sdk::Client& client_;
 

@@ -82,7 +82,7 @@ Result<Opened> opened(Result<std::unique_ptr<Concrete>> vehicle) {
 Result<Opened> open_vehicle(const BridgeConfig& config, const Clock& clock) {
   if (const auto* options = std::get_if<betaflight::Options>(&config.firmware))
     return opened(betaflight::open(*options, config.session.quadrotor, clock));
-  return opened(MavlinkVehicle::open(std::get<MavlinkConfig>(config.firmware)));
+  return opened(MavlinkVehicle::open(std::get<MavlinkConfig>(config.firmware), &stop_requested));
 }
 
 /// Keeps up the talk with the flight controller and asks nothing of it.
@@ -98,7 +98,7 @@ void listen(Vehicle* vehicle, flight::LoopClock* clock, Stamp span) {
 /// Joins a session while the talk goes on. Empty: a person ended it.
 std::optional<Result<std::unique_ptr<sdk::Client>>> connect(const sdk::Options& options, Vehicle* vehicle,
                                                             flight::LoopClock* clock) {
-  auto attempt = std::async(std::launch::async, [&options] { return sdk::Client::connect(options); });
+  auto attempt = std::async(std::launch::async, [&options] { return sdk::Client::connect(options, &stop_requested); });
   while (attempt.wait_for(0s) != std::future_status::ready) listen(vehicle, clock, 20ms);
   if (stop_requested) return std::nullopt;
   return attempt.get();
@@ -125,7 +125,7 @@ int fly(const BridgeConfig& config, const Opened& opened, flight::LoopClock* clo
   flight::LoopStatistics flown;
   int code = kExitLanded;
   {
-    FlightLog flight_log(config.safety, vehicle.actuator().period(), client.get());
+    FlightLog flight_log(config.safety, config.session.actuation, vehicle.actuator().period(), client.get());
     const flight::Ports ports{.states = vehicle.states(),
                               .actuator = &vehicle.actuator(),
                               .observer = &flight_log,
@@ -148,7 +148,7 @@ int run(const Arguments& a) {
 
   flight::RealTimeClock real_time;
   const auto opened = open_vehicle(*config, real_time);
-  if (!opened) return complain(opened.error(), kExitBadInput);
+  if (!opened) return complain(opened.error(), stop_requested ? kExitLanded : kExitBadInput);
   Vehicle& vehicle = *opened->vehicle;
   flight::LoopClock* const clock = vehicle.clock() != nullptr ? vehicle.clock() : &real_time;
   listen(&vehicle, clock, 1s);

@@ -82,7 +82,7 @@ class Loop {
       ports_.observer->on_supervised(directive, observation_);
     }
     if (directive.phase == Phase::kKilled) wants_end(End::kKilled);
-    ports_.controller->want(now, wanted(directive.phase));
+    ports_.controller->want(now, ports_.supervision->wanted());
     if (setpoint) {
       apply(now, *setpoint);
     } else {

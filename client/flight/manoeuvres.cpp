@@ -134,7 +134,7 @@ sdk::Fallback::Goal Manoeuvres::brake(const QuadrotorState& state) const noexcep
 }
 
 sdk::Setpoint Manoeuvres::level(Stamp now, double dt_s, const std::optional<ControllerStatus>& controller) noexcept {
-  if (controller && controller->q_WB) {
+  if (controller && controller->q_WB && controller->q_WB->coeffs().allFinite()) {
     level_state_.q_WB = *controller->q_WB;
   } else {
     const Eigen::Vector3d turn = dt_s * asked_rates_B_;

@@ -97,6 +97,7 @@ struct ControllerStatus {
   bool own_failsafe = false;           ///< its own failsafe flies
   std::optional<bool> on_ground;       ///< by its own detector; empty: it has none
   std::optional<PilotSwitches> pilot;  ///< empty: no radio, or it is not heard now
+  Stamp pilot_stamp{0};                ///< when the radio said so; 0: as `stamp`
   std::optional<double> battery_v;     ///< the whole pack under load
   /// Accelerometer along z of B (up), gravity not taken off: 9.81 at rest.
   std::optional<double> specific_force_z_m_s2;
@@ -107,7 +108,8 @@ struct ControllerStatus {
 
 /// What is wanted of a flight controller. Only one of them asks for turning motors.
 enum class Wanted : std::uint8_t {
-  kDisarmed,  ///< on the ground, motors off: disarm it if it is armed. It may refuse in the air.
+  kDisarmed,  ///< on the ground, motors off: disarm it if it is armed. It may refuse in the air. Not told while it is
+              ///< armed and nobody asked us (Supervisor::wanted()): that is who armed it's affair.
   kReleased,  ///< somebody else flies (the person, its own failsafe): ask for nothing, take nothing back
   kArmed,     ///< armed, and following us: ask for what is missing. Whose arming is the person's switch alone waits.
   kKilled,    ///< motors off at once, in the air, too

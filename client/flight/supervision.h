@@ -25,6 +25,7 @@ class Supervision {
   std::optional<sdk::Setpoint> step(Stamp now, const Observation& observation, const sdk::Setpoint& plan) noexcept;
 
   const Directive& directive() const noexcept { return supervisor_.directive(); }
+  Wanted wanted() const noexcept { return supervisor_.wanted(); }
   const Supervisor& supervisor() const noexcept { return supervisor_; }
 
  private:

@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Stamp kBriefly = 100ms;   // one odd word of the controller decides nothing
-constexpr Stamp kArmedFor = 300ms;  // its word and the switch's come apart
+constexpr Stamp kArmedFor = 300ms;  // the switch has said since that it is off, or there is none
 constexpr Stamp kSlowFor = 200ms;
 constexpr Stamp kRestsFor = 1s;
 constexpr Stamp kRestsHighUpFor = 3s;    // the law asks for half the weight by then
@@ -40,6 +40,17 @@ PilotSwitches Supervisor::switches() const noexcept {
   return controller_ ? controller_->pilot.value_or(PilotSwitches{}) : PilotSwitches{};
 }
 
+// A switch that arms the controller at once has said so to us, or will with the radio's next word.
+bool Supervisor::switch_unheard_since_arming() const noexcept {
+  if (options_.arm_by != ArmBy::kSwitch || !controller_->pilot || controller_->pilot->arm) return false;
+  const Stamp said = controller_->pilot_stamp == Stamp{0} ? controller_->stamp : controller_->pilot_stamp;
+  return said <= *armed_at_;
+}
+
+Wanted Supervisor::wanted() const noexcept {
+  return standing() && armed_at_ ? Wanted::kReleased : flight::wanted(directive_.phase);
+}
+
 // Takes in what the step brought: everything that has to hold for a while is counted here.
 void Supervisor::listen(Stamp now, const Observation& observation) noexcept {
   if (observation.state) state_.take(now, *observation.state);
@@ -55,11 +66,15 @@ void Supervisor::listen(Stamp now, const Observation& observation) noexcept {
   not_following_.update(now, controller_ && !controller_->follows_us);
   motors_off_.update(now, controller_ && !controller_->armed);
   battery_low_.update(now, controller_ && controller_->battery_v && options_.battery_land_v > 0 &&
-                               *controller_->battery_v < options_.battery_land_v);
+                               !(*controller_->battery_v >= options_.battery_land_v));
   contradicting_.update(now, (observation.problems & kStateContradictions) != 0);
   agreeing_.update(now, !contradicting_.for_at_least(now, 0s));
   planned_.update(now, observation.plan_valid);
-  armed_.update(now, controller_ && controller_->armed);
+  if (!controller_ || !controller_->armed)
+    armed_at_.reset();
+  else if (!armed_at_)
+    armed_at_ = controller_->stamp;
+  armed_unasked_.update(now, armed_at_ && !switch_unheard_since_arming());
   on_ground_.update(now, controller_ && controller_->on_ground.value_or(false));
   free_.update(now, controller_ && controller_->armed && controller_->follows_us && !controller_->own_failsafe &&
                         !(pilot.take_over || pilot.kill) && (piloted || !options_.needs_pilot) &&
@@ -150,7 +165,7 @@ Supervisor::Facts Supervisor::facts(Stamp now, const Observation& observation) c
   const bool airborne =
       !on_ground && (ground_z_m_ ? height_m() >= kAboveGround_m : controller_ && controller_->on_ground.has_value());
   say(Cause::kGivenBack, was_yielded_ && airborne && content && free_.for_at_least(now, options_.give_back));
-  say(Cause::kArmedByOthers, armed_.for_at_least(now, kArmedFor));
+  say(Cause::kArmedByOthers, armed_unasked_.for_at_least(now, kArmedFor));
   say(Cause::kChecksPass, directive_.failing == 0);
   say(Cause::kCheckFailed, directive_.failing != 0);
   say(Cause::kArmAsked, by_switch ? switch_was_off_ && pilot.arm : !armed_itself_);
@@ -169,7 +184,8 @@ Checks Supervisor::failing_checks(Stamp now, const Observation& observation) con
                            .switch_was_off = switch_was_off_ || arming,
                            .state_settled = state_.settled(now, options_.state_settles)};
   // Rotors that start shake the vehicle.
-  return failing(observation, memory, options_) & ~(arming ? bit(Check::kStill) : 0);
+  const bool starting = arming || (is(Phase::kReady) && armed_at_);
+  return failing(observation, memory, options_) & ~(starting ? bit(Check::kStill) : 0);
 }
 
 const Directive& Supervisor::update(Stamp now, const Observation& observation) noexcept {

@@ -45,6 +45,10 @@ class Supervisor {
   const Directive& update(Stamp now, const Observation& observation) noexcept;
 
   const Directive& directive() const noexcept { return directive_; }
+  /// What is wanted of the flight controller: what the phase says (flight::wanted()). One that is armed while we stand
+  /// on the ground is asked for nothing, though: a person's switch arms many of them by itself, and the word of that
+  /// may come before the switch's own.
+  Wanted wanted() const noexcept;
   /// The newest state that can be flown by, however old: what the law of the next step takes.
   const std::optional<TimedState>& state() const noexcept { return state_.newest(); }
   /// Height of the ground, as it was when the vehicle armed; empty: not known.
@@ -62,6 +66,8 @@ class Supervisor {
   Checks failing_checks(Stamp now, const Observation& observation) const noexcept;
   Stamp time_to_the_ground() const noexcept;
   bool touched_down(Stamp now) const noexcept;
+  bool standing() const noexcept { return is(Phase::kDisarmed) || is(Phase::kReady); }
+  bool switch_unheard_since_arming() const noexcept;
   bool in_phase_for(Stamp now, Stamp span) const noexcept { return now - directive_.since >= span; }
   bool is(Phase phase) const noexcept { return directive_.phase == phase; }
   bool flying() const noexcept { return contains(kInTheAir, directive_.phase); }
@@ -77,11 +83,12 @@ class Supervisor {
   // What was heard, and for how long.
   std::optional<ControllerStatus> controller_;  // while it is fresh
   Held not_following_, motors_off_, controller_silent_, pilot_silent_, battery_low_, contradicting_, agreeing_,
-      planned_, slow_, resting_, armed_, on_ground_, free_;
-  bool switch_was_off_ = false;  // since the last arming
-  bool armed_itself_ = false;    // ArmBy::kItself does so once
-  bool was_yielded_ = false;     // in kYielded: somebody did fly
-  Stamp level_for_{0};           // how long kLevelDescent lasts
+      planned_, slow_, resting_, armed_unasked_, on_ground_, free_;
+  std::optional<Stamp> armed_at_;  // the controller's first word of it
+  bool switch_was_off_ = false;    // since the last arming
+  bool armed_itself_ = false;      // ArmBy::kItself does so once
+  bool was_yielded_ = false;       // in kYielded: somebody did fly
+  Stamp level_for_{0};             // how long kLevelDescent lasts
   std::optional<double> ground_z_m_;
 };
 

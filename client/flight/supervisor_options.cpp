@@ -54,9 +54,12 @@ Status validate(const SupervisorOptions& options) {
                           "battery_land_v (" + text(options.battery_land_v) + " V) or more");
   if (options.fence) {
     const Fence& fence = *options.fence;
-    if (!fence.low_W.allFinite() || !fence.high_W.allFinite() || !((fence.high_W - fence.low_W).array() >= 1.0).all())
+    constexpr double kFarthest_m = 1e5;  // of a position on the wire
+    const bool near =
+        (fence.low_W.array().abs() <= kFarthest_m).all() && (fence.high_W.array().abs() <= kFarthest_m).all();
+    if (!near || !((fence.high_W - fence.low_W).array() >= 1.0).all())
       return Error::invalid("fence", text(fence.low_W) + " to " + text(fence.high_W) + " m",
-                            "finite corners at least 1 m apart along each axis, the lower one first");
+                            "corners within 100000 m, at least 1 m apart along each axis, the lower one first");
   }
   return {};
 }

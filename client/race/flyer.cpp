@@ -133,24 +133,18 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
   config::Scenario scenario = trial.cell->scenario;
   scenario.seed = trial.seed;
   scenario.planner_seed = trial.seed_of_planner();
-  sdk::Options link;
+  sdk::Options link = simulator::session_options(scenario, protocol::Timing::kLockstep);
   link.domain = domain_;
   link.server = server_name_;
   link.vehicle = "race-" + host_name() + "-" + std::to_string(getpid()) + "-" + std::to_string(worker_) + "-" +
                  std::to_string(++flights_);
   link.profile = trial.cell->profile;
-  link.timing = protocol::Timing::kLockstep;
-  link.seed = config::planner_seed_of(scenario);
   link.speed_limit_m_s = trial.speed_m_s;
-  link.quadrotor = scenario.vehicle.quadrotor;
-  link.actuation = scenario.vehicle.actuation;
-  link.camera = scenario.vehicle.camera;
-  link.course = scenario.track.course;
   link.connect_timeout = kConnect;
 
   std::unique_ptr<sdk::Client> client;
   for (int attempt = 0; !client && attempt < kConnectAttempts && !cancel && !lost(); ++attempt) {
-    auto connected = sdk::Client::connect(link);
+    auto connected = sdk::Client::connect(link, &cancel);
     if (connected) {
       client = std::move(connected).value();
     } else {

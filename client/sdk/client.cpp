@@ -66,9 +66,13 @@ class DdsClient final : public Client, private dds::ClientHandler {
     last_state_.vehicle = options.vehicle;
   }
 
-  Status join() {
+  Status join(const std::atomic<bool>* cancel) {
     if (auto good = protocol::validate(request(logic_.request())); !good) return good;
-    auto endpoint = dds::ClientEndpoint::create(options_.domain, options_.vehicle, this);
+    dds::TransportOptions transport;
+    transport.on_packets_dropped = [this](const dds::DroppedPackets& dropped) {
+      packets_dropped_.fetch_add(dropped.count, std::memory_order_relaxed);
+    };
+    auto endpoint = dds::ClientEndpoint::create(options_.domain, options_.vehicle, this, transport);
     if (!endpoint.ok()) return endpoint.failure();
     endpoint_ = std::move(endpoint).value();
 
@@ -76,6 +80,8 @@ class DdsClient final : public Client, private dds::ClientHandler {
     std::unique_lock lock(mutex_);
     while (logic_.phase() == SessionLogic::Phase::kJoining) {
       const Stamp now = wall_now();
+      if (cancel != nullptr && *cancel)
+        return Error("joining was cancelled before a server answered", ErrorCode::kNoAnswer);
       if (now >= deadline) {
         if (logic_.refusal()) return *logic_.refusal();
         const std::string named = options_.server.empty() ? "" : " of the name '" + options_.server + "'";
@@ -226,6 +232,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
       statistics.commands = commands_;
       statistics.rejected = rejected_;
       statistics.reconnects = logic_.reconnects();
+      statistics.packets_dropped = packets_dropped_.load(std::memory_order_relaxed);
       round_trips = round_trips_;
       solves = solves_;
     }
@@ -348,6 +355,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   };
 
   const Options options_;
+  std::atomic<std::uint64_t> packets_dropped_{0};
 
   mutable std::mutex mutex_;  // all that follows, up to the next mutex
   std::condition_variable changed_;
@@ -388,9 +396,10 @@ class DdsClient final : public Client, private dds::ClientHandler {
 
 }  // namespace
 
-Result<std::unique_ptr<Client>> connect_if_layouts_agree(const Options& options, ClientLayout) {
+Result<std::unique_ptr<Client>> connect_if_layouts_agree(const Options& options, const std::atomic<bool>* cancel,
+                                                         ClientLayout) {
   auto client = std::make_unique<DdsClient>(options);
-  if (auto joined = client->join(); !joined) return joined.failure();
+  if (auto joined = client->join(cancel); !joined) return joined.failure();
   return std::unique_ptr<Client>(std::move(client));
 }
 

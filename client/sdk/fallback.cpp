@@ -119,11 +119,13 @@ Setpoint Fallback::by_rotors(const QuadrotorState& state, double collective_n,
 }
 
 Setpoint Fallback::by_rates(double collective_n, const Eigen::Vector3d& w_goal_B) const noexcept {
-  const double all_n = kRotors * model_.thrust_max_n;
+  const double all_n = kRotors * model_.thrust_max_n, least_n = kRotors * model_.thrust_min_n;
+  const double hover_n = model_.mass_kg * kGravity_m_s2;
+  // Of a strong vehicle the mixer's share would lift it; half of the weight is less than the law asks for when level.
+  const double floor_n = std::max(least_n, std::min(kMixerShare * all_n, 0.5 * (least_n + hover_n)));
   Setpoint setpoint;
   setpoint.source = Setpoint::Source::kFallback;
-  setpoint.collective_thrust_n =
-      std::min(std::max({collective_n, kMixerShare * all_n, kRotors * model_.thrust_min_n}), all_n);
+  setpoint.collective_thrust_n = std::min(std::max(collective_n, floor_n), all_n);
   setpoint.body_rates_rad_s = w_goal_B;
   for (Eigen::Index i = 0; i < 3; ++i)
     if (const double limit = model_.body_rate_max_rad_s[i]; limit > 0)

@@ -22,8 +22,9 @@ namespace gatefield::sdk {
 ///   input         u = (T - T_command) / kThrustLag, clamped
 ///
 /// A vehicle driven by body rates is asked for f . z_B and w*; torque and rotors are its flight controller's affair.
-/// Its rates stay below its limits, and its collective thrust above a tenth of all that the rotors have: with less, a
-/// mixer has nothing to turn the vehicle with.
+/// Its rates stay below its limits, and its collective thrust above a tenth of all that the rotors have, or, where that
+/// is less, above the middle between the least and the weight: with less, a mixer has nothing to turn the vehicle with,
+/// and with more, a strong vehicle could not sink.
 ///
 /// After geometric control on SE(3) by Lee, Leok and McClamroch (CDC 2010), with the attitude reduced to the direction
 /// of thrust: yaw has no goal here, and the error has no singularity but at 180 deg, where the body's x axis is taken.

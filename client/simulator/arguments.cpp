@@ -208,18 +208,12 @@ Options race_options(const Arguments& a) {
 
 Result<sdk::Options> link_options(const Arguments& a, const config::Scenario& scenario) {
   if (auto status = protocol::validate_name("--name", a.name); !status) return status.failure();
-  sdk::Options link;
+  sdk::Options link = session_options(scenario, race_options(a).timing);
   link.domain = a.domain;
   link.vehicle = a.name;
   link.server = a.server;
   link.profile = a.profile;
-  link.timing = race_options(a).timing;
-  link.seed = config::planner_seed_of(scenario);
   link.speed_limit_m_s = a.speed_m_s;
-  link.quadrotor = scenario.vehicle.quadrotor;
-  link.actuation = scenario.vehicle.actuation;
-  link.camera = scenario.vehicle.camera;
-  link.course = scenario.track.course;
   link.connect_timeout = std::chrono::milliseconds(std::lround(1000 * a.connect_timeout_s));
   return link;
 }

@@ -6,8 +6,6 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <future>
 
 #include "client/simulator/arguments.h"
 #include "client/simulator/outputs.h"
@@ -22,20 +20,6 @@ constexpr int kExitWon = 0, kExitLost = 1, kExitBadInput = 2, kExitNoServer = 3;
 
 std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler stores into it");
-
-/// Connects, but gives way to an interrupt: what takes longer than 1.2 s after it ends with the program.
-Result<std::unique_ptr<sdk::Client>> connect(const sdk::Options& options) {
-  auto attempt = std::async(std::launch::async, [&options] { return sdk::Client::connect(options); });
-  while (attempt.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
-    if (!stop_requested) continue;
-    // Leave properly if that is quick; nobody may wait for a server that does not answer.
-    if (attempt.wait_for(std::chrono::milliseconds(1200)) != std::future_status::ready) {
-      std::fprintf(stderr, "gatefield-sim: interrupted before a server answered\n");
-      std::_Exit(kExitWon);
-    }
-  }
-  return attempt.get();
-}
 
 /// One line on a terminal that is written over and over; elsewhere one line per lap.
 class LapLine {
@@ -81,7 +65,7 @@ int run(const Arguments& a) {
   const auto link = link_options(a, *scenario);
   if (!link) return complain(link.error(), kExitBadInput);
   if (auto status = check_outputs(a); !status) return complain(status.error(), kExitBadInput);
-  auto client = connect(*link);
+  auto client = sdk::Client::connect(*link, &stop_requested);
   if (!client) return complain(client.error(), stop_requested ? kExitWon : kExitNoServer);
 
   LapLine line(a.quiet);

@@ -43,6 +43,8 @@ std::string summarize(const Report& report) {
   for (const HeardProblem& problem : report.problems) add(&out, "Problem       {}\n", in_words(problem));
   add(&out, "Seeds         world {}, planner {}\n", report.seed, report.planner_seed);
   add(&out, "Driven by     {}\n", in_words(report.actuation, report.mismatch));
+  if (const std::string found = in_words(report.identified, report.actuation); !found.empty())
+    add(&out, "Found         {}\n", found);
   if (!report.firmware.empty()) add(&out, "Firmware      {}\n", report.firmware);
   add(&out, "Gates         {} of {} passed\n", report.passes.size(), report.gates_total);
   add(&out, "Lap times    ");
@@ -66,6 +68,8 @@ std::string summarize(const Report& report) {
   } else {
     add(&out, "Lockstep      {:.1f} s simulated in {:.1f} s\n", report.race_time_s, report.wall_s);
   }
+  if (report.link.packets_dropped > 0)
+    add(&out, "Network       {} packets dropped that no DDS participant sends\n", report.link.packets_dropped);
   if (report.link.reconnects > 0) add(&out, "Reconnected   {} times\n", report.link.reconnects);
   return out;
 }

@@ -77,6 +77,8 @@ struct Report {
   std::uint64_t loop_misses = 0;  ///< steps begun more than 1 ms late
   double loop_worst_s = 0.0;
 
+  /// By body rates: how the vehicle followed what it was asked for, as the server found it, and what it was told.
+  protocol::IdentifiedDrive identified;
   /// What the server found wrong with the flight, each problem once, in the order of hearing.
   std::vector<HeardProblem> problems;
 

@@ -34,6 +34,17 @@ Status validate(const Options& options) {
   return {};
 }
 
+sdk::Options session_options(const config::Scenario& scenario, protocol::Timing timing) {
+  sdk::Options options;
+  options.timing = timing;
+  options.seed = config::planner_seed_of(scenario);
+  options.quadrotor = scenario.vehicle.quadrotor;
+  options.actuation = scenario.vehicle.actuation;
+  options.camera = scenario.vehicle.camera;
+  options.course = scenario.track.course;
+  return options;
+}
+
 QuadrotorState start_state(const config::Scenario& scenario) {
   QuadrotorState state;
   state.p_WB = scenario.track.start_p_WB;
@@ -85,6 +96,7 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   report.link = client->statistics();
   report.snapshot = snapshots.take();
   report.problems = problems.heard();
+  if (const auto telemetry = client->telemetry()) report.identified = telemetry->identified;
   return report;
 }
 

@@ -77,6 +77,10 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
                    const std::atomic<bool>& stop, const ProgressFunction& on_progress = {},
                    const ProblemFunction& on_problem = {});
 
+/// How a scenario's vehicle joins its session: vehicle, camera, course and the planner's seed. Who joins says the rest:
+/// domain, names, profile, speed and times.
+sdk::Options session_options(const config::Scenario& scenario, protocol::Timing timing);
+
 /// Where the vehicle of a scenario begins: hovering at the start of its course.
 QuadrotorState start_state(const config::Scenario& scenario);
 

@@ -389,6 +389,8 @@ void to_wire(const protocol::Telemetry& in, wire::Telemetry* out) {
   out->commands_sent(in.commands_sent);
   out->deadlines_missed(in.deadlines_missed);
   out->encode_time_s(in.encode_time_s);
+  out->found_thrust_factor(in.identified.thrust_factor);
+  put(in.identified.rate_time_constant_s, &out->found_rate_time_constant_s());
   out->last_code(static_cast<std::uint8_t>(in.last_code));
   out->last_field() = in.last_field;
   out->last_value() = in.last_value;
@@ -410,6 +412,8 @@ Status from_wire(const wire::Telemetry& in, protocol::Telemetry* out) {
   out->commands_sent = in.commands_sent();
   out->deadlines_missed = in.deadlines_missed();
   out->encode_time_s = in.encode_time_s();
+  out->identified.thrust_factor = in.found_thrust_factor();
+  get(in.found_rate_time_constant_s(), &out->identified.rate_time_constant_s);
   out->last_code = static_cast<ErrorCode>(in.last_code());
   out->last_field = in.last_field().c_str();
   out->last_value = in.last_value().c_str();

@@ -20,4 +20,13 @@ const char* topic_name(Topic topic) noexcept {
   return "gatefield/unknown";
 }
 
+std::string in_words(const DroppedPackets& dropped) {
+  return "dropped " + std::to_string(dropped.count) +
+         (dropped.count == 1 ? " packet that no DDS participant sends: from "
+                             : " packets that no DDS participant sends, the last one from ") +
+         dropped.sender + ", " + std::string(sentence(dropped.fault)) +
+         (dropped.submessage != 0 ? " (submessage " + std::to_string(dropped.submessage) + ")" : "") +
+         "; look at who sends there";
+}
+
 }  // namespace gatefield::dds

@@ -1,6 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <string>
+
+#include "common/dds/packet_check.h"
 
 /// What both ends of the wire share. No header of this folder shows a DDS type to its users: the service and the SDK
 /// see protocol messages, handlers and results only.
@@ -15,9 +19,23 @@ const char* topic_name(Topic topic) noexcept;
 /// DDS domains have port numbers of their own; above this one they would pass 65535.
 inline constexpr std::uint32_t kMaxDomain = 232;
 
+/// Packets that were dropped before the library read them.
+struct DroppedPackets {
+  std::uint64_t count = 0;                 ///< since this was told last
+  PacketFault fault = PacketFault::kNone;  ///< of the newest
+  std::uint8_t submessage = 0;             ///< id of its submessage at fault; 0: its header's
+  std::string sender;                      ///< of the newest: "10.0.0.7:41234"
+};
+
+/// For people: "dropped 3 packets that no DDS participant sends, the last one from 10.0.0.7:41234, a submessage ..".
+std::string in_words(const DroppedPackets& dropped);
+
 struct TransportOptions {
   /// Depth frames kept for repair. 2 suits a LAN; take 8 when the round trip is longer than 10 ms.
   int depth_history = 2;
+  /// Told of dropped packets, at most once a second; the last ones before the network falls silent may stay untold.
+  /// Called on a thread of the middleware. May be empty.
+  std::function<void(const DroppedPackets&)> on_packets_dropped;
 };
 
 }  // namespace gatefield::dds

@@ -18,7 +18,7 @@ Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, con
   std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer)));
   try {
     self->participant_ = DomainParticipantFactory::get_instance()->create_participant(
-        domain, participant_qos(domain, name, user_data), self.get(), StatusMask::none());
+        domain, participant_qos(domain, name, user_data, transport), self.get(), StatusMask::none());
   } catch (const std::exception& problem) {
     return Error{"the DDS participant in domain " + std::to_string(domain) +
                  " could not be created: " + problem.what()};

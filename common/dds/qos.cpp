@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <utility>
+
+#include "common/dds/guarded_transport.h"
 
 namespace gatefield::dds {
 
@@ -87,7 +90,8 @@ void fill_common(Topic topic, int depth, Qos* qos) {
 
 }  // namespace
 
-DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name, const std::string& user_data) {
+DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name, const std::string& user_data,
+                                     const TransportOptions& transport) {
   DomainParticipantQos qos;
   qos.name(name.c_str());
   qos.user_data().setValue(std::vector<std::uint8_t>(user_data.begin(), user_data.end()));
@@ -111,7 +115,7 @@ DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& na
   udp->maxMessageSize = kLongestDatagram_bytes;
   udp->sendBufferSize = kSocketBuffer_bytes;
   udp->receiveBufferSize = kSocketBuffer_bytes;
-  qos.transport().user_transports.push_back(udp);
+  qos.transport().user_transports.push_back(guarded(std::move(udp), transport.on_packets_dropped));
   return qos;
 }
 

@@ -21,7 +21,8 @@ namespace gatefield::dds {
 /// Ports count from the domain's first one, whatever was opened before. Left alone, Fast DDS gives each participant of
 /// a process the next two, and the 121st would listen where the next domain calls its members together.
 eprosima::fastdds::dds::DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name,
-                                                             const std::string& user_data);
+                                                             const std::string& user_data,
+                                                             const TransportOptions& transport);
 
 eprosima::fastdds::dds::DataWriterQos writer_qos(Topic topic, const TransportOptions& transport);
 eprosima::fastdds::dds::DataReaderQos reader_qos(Topic topic, const TransportOptions& transport);

@@ -11,6 +11,7 @@
 #include "common/base/result.h"
 #include "common/course/course.h"
 #include "common/geometry/camera.h"
+#include "common/protocol/identified_drive.h"
 #include "common/protocol/problems.h"
 #include "common/vehicle/actuation.h"
 #include "common/vehicle/quadrotor.h"
@@ -145,6 +146,7 @@ struct Telemetry {
   std::uint64_t frames_invalid = 0;  ///< taken, but nothing to see in them
   std::uint64_t commands_sent = 0, deadlines_missed = 0;
   double encode_time_s = 0.0;
+  IdentifiedDrive identified;
   ErrorCode last_code = ErrorCode::kOther;  ///< of the newest sample that was rejected: its kind
   std::string last_field;                   ///< path of the field that was wrong; empty: no field's fault
   std::string last_value;                   ///< its value as text

@@ -234,6 +234,12 @@ Status validate(const Telemetry& telemetry) {
   if (auto s = check_stamp("server_stamp", telemetry.server_stamp); !s) return s;
   if (auto s = check_health(telemetry.health); !s) return s;
   if (auto s = check_range("encode_time_s", telemetry.encode_time_s, 0, kMaxDuration_s, "0 to 60 s"); !s) return s;
+  const IdentifiedDrive& found = telemetry.identified;
+  if (auto s = check_range("found_thrust_factor", found.thrust_factor, 0, 10, "0 to 10"); !s) return s;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double lag_s = found.rate_time_constant_s[i];
+    if (auto s = check_range("found_rate_time_constant_s", lag_s, 0, 10, "0 to 10 s"); !s) return s;
+  }
   if (auto s = check_text("last_field", telemetry.last_field, kMaxFieldLength); !s) return s;
   if (auto s = check_text("last_value", telemetry.last_value, kMaxFieldLength); !s) return s;
   if (auto s = check_text("last_expected", telemetry.last_expected, kMaxFieldLength); !s) return s;

@@ -140,7 +140,9 @@ int serve(const std::string& program, const Options& options,
   service::Service service(serving, factories(options, *eyes, *profiles, {.crew = &crew, .backend = *backend}), &clock,
                            &transport);
   transport.attach(&service);
-  auto endpoint = dds::ServerEndpoint::create(options.domain, options.name, &transport);
+  auto endpoint = dds::ServerEndpoint::create(
+      options.domain, options.name, &transport,
+      {.on_packets_dropped = [](const dds::DroppedPackets& dropped) { log::warn(in_words(dropped)); }});
   if (!endpoint) return fail_with(kNotJoined, endpoint.error());
   transport.attach(endpoint.value().get());
   service.start();

@@ -1,12 +1,15 @@
 #include "server/app/trace.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "common/base/logging.h"
 #include "common/trace/trace.h"
 #include "server/planner/rollout_batch.h"
 
@@ -47,14 +50,16 @@ class Keeper final : public planner::RolloutObserver {
 
 class Tracer final : public pilot::StepObserver {
  public:
-  Tracer(std::FILE* file, int samples, bool rollouts) : file_(file), keeper_(samples), rollouts_(rollouts) {}
+  Tracer(std::string name, std::FILE* file, int samples, bool rollouts)
+      : name_(std::move(name)), file_(file), keeper_(samples), rollouts_(rollouts) {}
 
   planner::RolloutObserver* rollouts(std::uint64_t step) noexcept override {
     keeper_.rollouts.clear();
-    return rollouts_ && step % kEvery == 0 ? &keeper_ : nullptr;
+    return file_ && rollouts_ && step % kEvery == 0 ? &keeper_ : nullptr;
   }
 
   void made(const pilot::StepRecord& record) noexcept override {
+    if (!file_) return;
     trace::Step step;
     step.stamp = record.stamp;
     step.waypoint = record.waypoint;
@@ -69,11 +74,19 @@ class Tracer final : public pilot::StepObserver {
     step.lowest_field_m = record.plan.lowest_field_m;
     step.rollouts = std::move(keeper_.rollouts);
     const std::string text = trace::to_text(step);
-    std::fwrite(text.data(), 1, text.size(), file_.get());
-    std::fflush(file_.get());  // whoever hears the answer may read the file
+    const bool whole = std::fwrite(text.data(), 1, text.size(), file_.get()) == text.size();
+    // Whoever hears the answer may read the file.
+    if (std::fflush(file_.get()) != 0 || !whole) give_up(errno);
   }
 
  private:
+  /// A trace with a hole in it is worse than a short one.
+  void give_up(int reason) noexcept {
+    log::error("trace " + name_ + " ends here, it can't be written: " + std::strerror(reason));
+    file_.reset();
+  }
+
+  const std::string name_;
   std::unique_ptr<std::FILE, CloseFile> file_;
   Keeper keeper_;
   bool rollouts_;
@@ -88,7 +101,8 @@ Result<std::unique_ptr<pilot::StepObserver>> make_tracer(const protocol::Session
   if (opened == nullptr)
     return Error{"trace " + file.string() + " can't be written, expected a folder that the server may write to",
                  ErrorCode::kUnreadable};
-  return std::unique_ptr<pilot::StepObserver>(std::make_unique<Tracer>(opened, profile.samples, options.rollouts));
+  return std::unique_ptr<pilot::StepObserver>(
+      std::make_unique<Tracer>(file.string(), opened, profile.samples, options.rollouts));
 }
 
 }  // namespace gatefield::app

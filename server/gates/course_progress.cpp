@@ -92,9 +92,9 @@ bool CourseProgress::update(const Eigen::Vector3d& p_WB, const GateBelief& targe
   at_.previous_p_WB = p_WB;
   at_.has_previous = true;
   if (at_.done) return false;
-  if (at_.resumed) {
+  if (at_.resumed && had_previous) {
     at_.resumed = false;
-    if (passed_while_away(p_WB)) {
+    if (passed_while_away(from) && passed_while_away(p_WB)) {
       advance();
       return true;
     }

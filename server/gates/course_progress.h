@@ -21,9 +21,11 @@ class CourseProgress {
 
   const Passages& passages() const noexcept { return route_->passages; }
 
-  /// Goes on from a gate and lap that an earlier server had reached. A vehicle that the next update() finds beyond the
-  /// nominal plane and nearer to the way out than to the way in has coasted through the gate in between, and that gate
-  /// counts as passed (but for a gate that was also the one before: it is then behind the vehicle anyhow).
+  /// Goes on from a gate and lap that an earlier server had reached. A vehicle that the next two update() find beyond
+  /// the nominal plane and nearer to the way out than to the way in has coasted through the gate in between, and that
+  /// gate counts as passed (but for a gate that was also the one before: it is then behind the vehicle anyhow). Two,
+  /// since the first state of all has no other that it could be held against: a false one is followed by
+  /// begin_elsewhere().
   void resume(std::uint32_t waypoint, std::uint32_t lap) noexcept;
 
   /// The next position has nothing to do with those before it: nothing is crossed on the way there.
@@ -48,7 +50,7 @@ class CourseProgress {
     std::uint32_t lap = 0;
     bool done = false;
     bool has_previous = false;  ///< no crossing counts without
-    bool resumed = false;       ///< by resume(), and not moved since
+    bool resumed = false;       ///< by resume(), and not found twice since
     Eigen::Vector3d previous_p_WB = Eigen::Vector3d::Zero();
   };
   const State& state() const noexcept { return at_; }

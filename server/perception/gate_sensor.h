@@ -51,7 +51,8 @@ class GateSensor {
   /// False: an expectation can't steer it, it looks at the whole image always.
   virtual bool steerable() const noexcept = 0;
 
-  /// Looks for the gate. @return empty: no gate is seen there. May throw what its libraries throw.
+  /// Looks for the gate. @return empty: no gate is seen there. May throw what its libraries throw,
+  /// or words of its own: it could not look, which is the server's fault and told as that (ErrorCode::kUnsupported).
   virtual std::optional<Observation> look(const View& view, const gates::Expectation& gate, Where where) = 0;
 
   /// The field that goes with the newest observation, moved with the gate: as measured it lies at `measured_X_WG` (the

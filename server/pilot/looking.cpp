@@ -33,8 +33,8 @@ std::string wrong_with(Found found, std::chrono::nanoseconds off) {
   return "";
 }
 
-Note frame_note(std::uint64_t sequence, const std::string& what) {
-  return {ErrorCode::kFrame, {}, "depth: frame " + std::to_string(sequence) + " " + what};
+Note frame_note(std::uint64_t sequence, const std::string& what, ErrorCode code = ErrorCode::kFrame) {
+  return {code, {}, "depth: frame " + std::to_string(sequence) + " " + what};
 }
 
 }  // namespace
@@ -123,7 +123,10 @@ bool Looking::look() noexcept {
     look_at(*frame, targets);
   } catch (const std::exception& e) {
     Account::count(shared_->account.frames_rejected);
-    shared_->account.note(frame_note(frame->sequence, std::string("could not be looked at: ") + e.what()));
+    // The frame was good: what fails is the server's own.
+    shared_->account.note(frame_note(
+        frame->sequence, std::string("could not be looked at, since the server's sensor failed: ") + e.what(),
+        ErrorCode::kUnsupported));
   }
   shared_->sensing_problems.store(sight_.problems(), std::memory_order_relaxed);
   publish(targets, frame->sequence);

@@ -24,11 +24,12 @@ struct Targets {
 /// frames from Intake to Looking, beliefs from Looking to Stepping; back go the targets alone. Nobody waits for
 /// another.
 struct Mailboxes {
-  Mailbox<StateSample> states;               ///< Intake -> Stepping
-  Mailbox<DepthSample> frames;               ///< Intake -> Looking
-  Mailbox<gates::Snapshot> beliefs;          ///< Looking -> Stepping
-  Mailbox<protocol::PlannerHealth> healths;  ///< Stepping -> whoever tells telemetry
-  StateHistory history;                      ///< Intake writes, Looking reads
+  Mailbox<StateSample> states;                ///< Intake -> Stepping
+  Mailbox<DepthSample> frames;                ///< Intake -> Looking
+  Mailbox<gates::Snapshot> beliefs;           ///< Looking -> Stepping
+  Mailbox<protocol::PlannerHealth> healths;   ///< Stepping -> whoever tells telemetry
+  Mailbox<protocol::IdentifiedDrive> drives;  ///< Stepping -> whoever tells telemetry
+  StateHistory history;                       ///< Intake writes, Looking reads
 
   std::atomic<bool> newest_state_rejected{false};
   std::atomic<bool> newest_frame_rejected{false};

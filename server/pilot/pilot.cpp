@@ -54,6 +54,8 @@ void Pilot::fill(Stamp now, protocol::Telemetry* telemetry) {
   telemetry->session = session_;
   telemetry->server_stamp = now;
   telemetry->health = health();
+  if (const protocol::IdentifiedDrive* const newest = shared_.drives.read()) identified_ = *newest;
+  telemetry->identified = identified_;
   telemetry->isa = isa_.substr(0, 15);
   shared_.account.fill(telemetry);
 }

@@ -95,7 +95,8 @@ class Pilot {
   Intake intake_;
   Looking looking_;
   Stepping stepping_;
-  protocol::PlannerHealth last_health_;  // housekeeping
+  protocol::PlannerHealth last_health_;   // housekeeping
+  protocol::IdentifiedDrive identified_;  // housekeeping
 };
 
 }  // namespace gatefield::pilot

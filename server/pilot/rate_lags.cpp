@@ -6,12 +6,12 @@
 namespace gatefield::pilot {
 
 RateLags::RateLags(const Actuation& told) noexcept {
-  for (std::size_t i = 0; i < axes_.size(); ++i)
-    axes_[i].told_s = told.rate_time_constant_s[static_cast<Eigen::Index>(i)];
-}
-
-double RateLags::candidate_s(const Axis& axis, int i) const noexcept {
-  return axis.told_s * std::pow(kSpan, 2.0 * i / (kCandidates - 1) - 1.0);
+  for (std::size_t a = 0; a < axes_.size(); ++a) {
+    Axis& axis = axes_[a];
+    axis.told_s = told.rate_time_constant_s[static_cast<Eigen::Index>(a)];
+    for (std::size_t i = 0; i < kCandidates; ++i)
+      axis.candidate_s[i] = axis.told_s * std::pow(kSpan, 2.0 * static_cast<double>(i) / (kCandidates - 1) - 1.0);
+  }
 }
 
 void RateLags::follow(const RateCommand& command, Stamp dt) noexcept {
@@ -19,9 +19,9 @@ void RateLags::follow(const RateCommand& command, Stamp dt) noexcept {
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     Axis& axis = axes_[a];
     axis.asked_rad_s = command[static_cast<Eigen::Index>(a) + 1];
-    for (int i = 0; i < kCandidates; ++i) {
-      double& response = axis.response_rad_s[static_cast<std::size_t>(i)];
-      response += (1.0 - std::exp(-dt_s / candidate_s(axis, i))) * (axis.asked_rad_s - response);
+    for (std::size_t i = 0; i < kCandidates; ++i) {
+      double& response = axis.response_rad_s[i];
+      response += (1.0 - std::exp(-dt_s / axis.candidate_s[i])) * (axis.asked_rad_s - response);
     }
   }
 }
@@ -48,14 +48,13 @@ void RateLags::interrupt(const Eigen::Vector3d& w_WB_B) noexcept {
 std::optional<double> RateLags::lag_s(int axis_index) const noexcept {
   const Axis& axis = axes_[static_cast<std::size_t>(axis_index)];
   if (observed_ < kWarmUp || axis.motion < kLeastMotion_rad_s * kLeastMotion_rad_s) return std::nullopt;
-  const auto best =
-      std::distance(axis.mean_square.begin(), std::min_element(axis.mean_square.begin(), axis.mean_square.end()));
-  const int i = static_cast<int>(best);
-  if (i == 0 || i == kCandidates - 1) return candidate_s(axis, i);
-  const auto at = [&](int k) { return axis.mean_square[static_cast<std::size_t>(k)]; };
-  const double bend = at(i - 1) - 2.0 * at(i) + at(i + 1);
-  const double off = bend > 0.0 ? 0.5 * (at(i - 1) - at(i + 1)) / bend : 0.0;
-  return candidate_s(axis, i) * std::pow(kSpan, 2.0 * off / (kCandidates - 1));
+  const auto& square = axis.mean_square;
+  const auto i =
+      static_cast<std::size_t>(std::distance(square.begin(), std::min_element(square.begin(), square.end())));
+  if (i == 0 || i == kCandidates - 1) return axis.candidate_s[i];
+  const double bend = square[i - 1] - 2.0 * square[i] + square[i + 1];
+  const double off = bend > 0.0 ? 0.5 * (square[i - 1] - square[i + 1]) / bend : 0.0;
+  return axis.candidate_s[i] * std::pow(kSpan, 2.0 * off / (kCandidates - 1));
 }
 
 bool RateLags::unlike_told() const noexcept {

@@ -46,11 +46,11 @@ class RateLags {
  private:
   struct Axis {
     double told_s = 0.0;
+    std::array<double, kCandidates> candidate_s{};  ///< geometric, rising
     std::array<double, kCandidates> response_rad_s{}, mean_square{};
     double motion = 0.0;  ///< mean square of what is asked for less the slowest response
     double asked_rad_s = 0.0;
   };
-  double candidate_s(const Axis& axis, int i) const noexcept;
 
   std::array<Axis, 3> axes_;
   Stamp observed_{0};

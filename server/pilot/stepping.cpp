@@ -383,6 +383,15 @@ void Stepping::solved(std::chrono::nanoseconds took) noexcept {
   state_.delay.solve(solve);
   state_.command.health.solve_time_s = seconds(solve);
   shared_->healths.write(state_.command.health);
+  if (by_rates()) identify();
+}
+
+/// An axis that hardly moves any more keeps the lag that was found last.
+void Stepping::identify() noexcept {
+  if (state_.thrust_factor.known()) identified_.thrust_factor = state_.thrust_factor.value();
+  for (int axis = 0; axis < 3; ++axis)
+    if (const auto lag_s = rate_lags_.lag_s(axis)) identified_.rate_time_constant_s[axis] = *lag_s;
+  shared_->drives.write(identified_);
 }
 
 void Stepping::sent(Stamp now, bool ok) noexcept {

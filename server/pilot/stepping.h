@@ -136,6 +136,7 @@ class Stepping {
   void fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded, Withheld withheld) noexcept;
   bool depth_missing() const noexcept;
   bool target_should_be_seen() const noexcept;
+  void identify() noexcept;
   protocol::Problems diagnose(double effective_samples, Withheld withheld) noexcept;
 
   const protocol::SessionRequest* request_;
@@ -150,6 +151,7 @@ class Stepping {
   planner::Plan plan_;
   StateWatch state_watch_;
   RateLags rate_lags_;
+  protocol::IdentifiedDrive identified_;
   protocol::Problems contradictions_ = 0;  // of state_watch_, as of the newest state
   Diagnosis diagnosis_;
   bool states_missing_ = false;  // real time: late in the step in progress

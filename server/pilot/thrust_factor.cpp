@@ -16,7 +16,7 @@ void ThrustFactor::observe(const Eigen::Vector3d& missed_W_m_s, const Eigen::Vec
   observed_ = std::min(observed_ + dt, kWarmUp);
 }
 
-bool ThrustFactor::unlike_told() const noexcept { return observed_ >= kWarmUp && std::abs(factor_ - 1.0) > kUnlike; }
+bool ThrustFactor::unlike_told() const noexcept { return known() && std::abs(factor_ - 1.0) > kUnlike; }
 
 void ThrustFactor::restore(const State& state) noexcept {
   factor_ = std::isfinite(state.factor) ? std::clamp(state.factor, kLow, kHigh) : 1.0;

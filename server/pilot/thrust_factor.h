@@ -28,6 +28,8 @@ class ThrustFactor {
   /// @param push_m_s      integral of thrust / m over dt, without the factor
   void observe(const Eigen::Vector3d& missed_W_m_s, const Eigen::Vector3d& z_W, double push_m_s, Stamp dt) noexcept;
   double value() const noexcept { return factor_; }
+  /// Enough was seen to tell people of it.
+  bool known() const noexcept { return observed_ >= kWarmUp; }
   bool unlike_told() const noexcept;
 
   struct State {

@@ -241,24 +241,27 @@ void Service::answer(const Asked& asked) {
     busy.expected = "a name without a session, or whose session had no state: " + none;
     return refuse(request, busy);
   }
-  auto parts = parts_for(request);
-  if (!parts) return refuse(request, parts.failure());
+  if (const Status known = check_profile(request); !known) return refuse(request, known.failure());
 
+  // One that nobody hears of makes room. It ends only when the vehicle can have its place, and a planner, which takes
+  // time to make, is only made when there is a place.
+  std::shared_ptr<pilot::Pilot> giving_way;
   if (!live && sessions() >= static_cast<std::size_t>(options_.max_vehicles)) {
-    // One that nobody hears of makes room.
-    std::shared_ptr<pilot::Pilot> oldest;
     {
       const std::shared_lock lock(sessions_mutex_);
       for (const auto& [vehicle, pilot] : sessions_)
-        if (stale(*pilot) && (!oldest || silent(*pilot) > silent(*oldest))) oldest = pilot;
+        if (stale(*pilot) && (!giving_way || silent(*pilot) > silent(*giving_way))) giving_way = pilot;
     }
-    if (!oldest)
+    if (!giving_way)
       return refuse(request, Error("the server flies " + std::to_string(sessions()) +
                                        " vehicles, which is its limit (--max-vehicles)",
                                    ErrorCode::kBusyServer));
-    end(oldest, "its place was needed and no state came of late",
-        Error("session ended: no state came and its place was needed", ErrorCode::kAbandoned));
   }
+  auto parts = parts_for(request);
+  if (!parts) return refuse(request, parts.failure());
+  if (giving_way)
+    end(giving_way, "its place was needed and no state came of late",
+        Error("session ended: no state came and its place was needed", ErrorCode::kAbandoned));
   if (live) {
     log::info("vehicle " + request.vehicle + ": taken over by request " + std::to_string(request.request) +
               ", no state came for " + text(seconds(silent(*live))) + " s");
@@ -267,14 +270,15 @@ void Service::answer(const Asked& asked) {
   accept(std::move(parts).value());
 }
 
+Status Service::check_profile(const protocol::SessionRequest& request) const {
+  if (options_.profiles.contains(request.profile)) return {};
+  std::string known;
+  for (const auto& [name, unused] : options_.profiles) known += (known.empty() ? "" : ", ") + name;
+  return Error::invalid("profile", "\"" + request.profile + "\"", "one of: " + known, ErrorCode::kUnknownName);
+}
+
 Result<pilot::PilotParts> Service::parts_for(const protocol::SessionRequest& request) const {
-  const auto profile = options_.profiles.find(request.profile);
-  if (profile == options_.profiles.end()) {
-    std::string known;
-    for (const auto& [name, unused] : options_.profiles) known += (known.empty() ? "" : ", ") + name;
-    return Error::invalid("profile", "\"" + request.profile + "\"", "one of: " + known, ErrorCode::kUnknownName);
-  }
-  auto planner = factories_.planner(profile->second, request);
+  auto planner = factories_.planner(options_.profiles.at(request.profile), request);
   if (!planner) return planner.failure();
   auto sensor = factories_.sensor(request);
   if (!sensor) return sensor.failure();

@@ -132,6 +132,8 @@ class Service {
   };
 
   void answer(const Asked& asked);
+  Status check_profile(const protocol::SessionRequest& request) const;
+  /// @pre check_profile(request)
   Result<pilot::PilotParts> parts_for(const protocol::SessionRequest& request) const;
   void accept(pilot::PilotParts parts);
   void warn_of_openings(const protocol::SessionRequest& request) const;

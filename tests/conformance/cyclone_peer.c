@@ -101,6 +101,7 @@ static void check_telemetry(const void* sample) {
   EXPECT(t->server_stamp_ns == 99000000001ll);
   check_health(&t->health);
   EXPECT(t->states_received == 1001 && t->deadlines_missed == 6 && t->encode_time_s == 0.00375);
+  EXPECT(t->found_thrust_factor == 1.0625 && t->found_rate_time_constant_s[2] == 0.0625);
   EXPECT(t->last_code == 1 && strcmp(t->last_field, "q_WB") == 0 && strcmp(t->last_expected, "norm 1") == 0);
   EXPECT(strcmp(t->last_reason, "q_WB has norm 2, expected 1") == 0);
 }

@@ -112,7 +112,7 @@ def thrust_rate_command():
 
 def telemetry():
     c = health(Cdr().text("drone").u64(SESSION).i64(99_000_000_001))
-    c.u64(1001, 2, 303, 4, 5, 996, 6).f64(0.00375).u8(1)
+    c.u64(1001, 2, 303, 4, 5, 996, 6).f64(0.00375, 1.0625, 0.03125, 0.046875, 0.0625).u8(1)
     return c.text("q_WB").text("of norm 2").text("norm 1").text("q_WB has norm 2, expected 1").text("avx2")
 
 

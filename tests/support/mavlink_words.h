@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,6 +23,14 @@ mavlink::Message drawn_message(std::size_t kind, Random* random);
 
 /// Every alternative of the variant by its index, with its defaults.
 mavlink::Message empty_message(std::size_t kind);
+
+/// Calls `use` with every message that has one number out of range: of each element of each number that is checked NaN
+/// (unless that means not known), the infinities, and what lies just beyond either end; with the field's full name.
+void for_each_faulty_message(const std::function<void(const std::string& name, const mavlink::Message&)>& use);
+
+/// Calls `use` with every message that has one of its whole numbers at an end of its type; of those of 8 bits, which
+/// are enumerations and bits mostly, at each of their values. Some are out of range, most are not.
+void for_each_extreme_message(const std::function<void(const std::string& name, const mavlink::Message&)>& use);
 
 std::string hex(std::span<const std::uint8_t> bytes);
 std::vector<std::uint8_t> unhex(std::string_view digits);

@@ -133,6 +133,7 @@ inline protocol::Telemetry good_telemetry(const std::string& vehicle = "drone") 
   telemetry.commands_sent = 996;
   telemetry.deadlines_missed = 6;
   telemetry.encode_time_s = 0.00375;
+  telemetry.identified = {1.0625, {0.03125, 0.046875, 0.0625}};
   telemetry.last_code = ErrorCode::kInvalid;
   telemetry.last_field = "q_WB";
   telemetry.last_value = "of norm 2";

@@ -17,9 +17,11 @@ Status validate(const Options& options) {
       return Error::invalid("kill", "given", "nothing where the bridge is the receiver: there is no person's switch");
     if (options.kill->aux < 1 || options.kill->aux > kMaxAux)
       return Error::invalid("kill.aux", text(options.kill->aux), "the number of an AUX channel, 1 to 14");
-    if (options.kill->from_us < 900 || options.kill->from_us >= options.kill->to_us || options.kill->to_us > 2100)
+    if (options.kill->to_us < 900 || options.kill->to_us > 2100)
+      return Error::invalid("kill.to_us", text(options.kill->to_us), "900 to 2100 microseconds");
+    if (options.kill->from_us < 900 || options.kill->from_us >= options.kill->to_us)
       return Error::invalid("kill.from_us", text(options.kill->from_us),
-                            "less than kill.to_us (" + text(options.kill->to_us) + "), both within 900 to 2100");
+                            "900 to less than kill.to_us (" + text(options.kill->to_us) + ") microseconds");
   }
   if (auto status = flight::validate(options.thrust); !status) return status.failure().within("thrust.", "thrust.");
   return {};

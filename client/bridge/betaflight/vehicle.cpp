@@ -135,6 +135,7 @@ void BetaflightVehicle::hear(Stamp now, const msp::Frame& frame) noexcept {
       break;
     case msp::command::kRc:
       radio_ = msp::read_rc(frame.payload);
+      radio_at_ = now;
       break;
     default:
       break;
@@ -150,6 +151,7 @@ void BetaflightVehicle::on_status(Stamp now, const msp::Status& status) noexcept
   status_->follows_us =
       options_.receiver == Options::Receiver::kOverride ? mode(msp::kModeMspOverride) : !status_->own_failsafe;
   status_->pilot = pilot_switches();
+  status_->pilot_stamp = radio_at_;
   status_->failsafe = failsafe_complaint_.empty() ? flight::FirmwareFailsafe::kGood : flight::FirmwareFailsafe::kBad;
 }
 

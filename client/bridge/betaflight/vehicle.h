@@ -99,6 +99,7 @@ class BetaflightVehicle final : public Vehicle, public flight::Actuator, public 
   std::optional<msp::Status> firmware_;
   std::optional<msp::RawImu> imu_;
   std::optional<msp::Channels> radio_;
+  Stamp radio_at_{0};
   std::optional<double> counts_per_m_s2_;
   int gravity_samples_ = 0;
   std::uint64_t periods_ = 0, questions_ = 0, skipped_ = 0;

@@ -336,7 +336,10 @@ std::optional<flight::ControllerStatus> Autopilot::status(Stamp now) const noexc
   status.own_failsafe = system == mavlink::SystemStatus::kCritical || system == mavlink::SystemStatus::kEmergency ||
                         system == mavlink::SystemStatus::kTermination;
   status.on_ground = on_ground_;
-  if (pilot_ && now - pilot_->at <= kRadioLost) status.pilot = pilot_->value;
+  if (pilot_ && now - pilot_->at <= kRadioLost) {
+    status.pilot = pilot_->value;
+    status.pilot_stamp = pilot_->at;
+  }
   status.battery_v = battery_v_;
   if (force_z_ && now - force_z_->at <= kFeltLost) status.specific_force_z_m_s2 = force_z_->value;
   if (attitude_at_ && now - *attitude_at_ <= kFeltLost) status.q_WB = odometer_.attitude();

@@ -42,11 +42,11 @@ std::string milliseconds(Stamp span) { return text(seconds(span) * 1e3) + " ms";
 
 Status validate(const OdometerOptions& options) {
   if (!options.frame.p_WL.allFinite() || options.frame.p_WL.cwiseAbs().maxCoeff() > 1e5)
-    return Error::invalid("local_frame.position_m", text(options.frame.p_WL), "-100000 to 100000 m each");
+    return Error::invalid("state.p_WL", text(options.frame.p_WL), "-100000 to 100000 m each");
   if (!(std::abs(options.frame.yaw_WL_rad) <= 6.2832))
-    return Error::invalid("local_frame.yaw_rad", text(options.frame.yaw_WL_rad) + " rad", "-6.2832 to 6.2832 rad");
+    return Error::invalid("state.yaw_WL_rad", text(options.frame.yaw_WL_rad) + " rad", "-6.2832 to 6.2832 rad");
   if (options.oldest < 5ms || options.oldest > 1s)
-    return Error::invalid("oldest_state", milliseconds(options.oldest), "5 to 1000 ms");
+    return Error::invalid("state.oldest", milliseconds(options.oldest), "5 to 1000 ms");
   return {};
 }
 

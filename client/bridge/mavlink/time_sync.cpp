@@ -10,7 +10,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Stamp kJitter = 500us;  // of a round trip, above the shortest, that still counts as near it
+constexpr Stamp kLatest = 24h * 365 * 120;  // of any clock, since 1970 at most: differences of stamps can be told then
+constexpr Stamp kJitter = 500us;            // of a round trip, above the shortest, that still counts as near it
 
 std::string milliseconds(Stamp span) { return text(seconds(span) * 1e3) + " ms"; }
 
@@ -33,8 +34,9 @@ bool TimeSync::ask(Stamp now) noexcept {
 }
 
 void TimeSync::on_answer(Stamp now, Stamp asked, Stamp theirs) noexcept {
-  const Stamp round_trip = now - asked;
-  if (!asked_ || asked > *asked_ || round_trip < Stamp{0} || round_trip > kSilent || theirs < Stamp{0}) {
+  const bool possible = asked_ && asked >= Stamp{0} && asked <= *asked_ && theirs >= Stamp{0} && theirs <= kLatest;
+  const Stamp round_trip = possible ? now - asked : Stamp{-1};
+  if (round_trip < Stamp{0} || round_trip > kSilent) {
     ++impossible_;
     return;
   }

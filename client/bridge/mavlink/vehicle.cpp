@@ -23,12 +23,13 @@ bool has_datagrams(const std::string& link) {
 
 }  // namespace
 
-Result<std::unique_ptr<MavlinkVehicle>> MavlinkVehicle::open(const MavlinkConfig& config) {
+Result<std::unique_ptr<MavlinkVehicle>> MavlinkVehicle::open(const MavlinkConfig& config,
+                                                             const std::atomic<bool>* cancel) {
   if (Status status = validate(config); !status) return status.failure();
   auto link = firmware::open(firmware::parse_address(config.link).value(), kOpenTimeout);
   if (!link) return link.failure();
   auto vehicle = std::make_unique<MavlinkVehicle>(config, std::move(link).value(), std::make_unique<MonotonicClock>());
-  if (Status status = vehicle->connect(); !status) return status.failure();
+  if (Status status = vehicle->connect(cancel); !status) return status.failure();
   return vehicle;
 }
 
@@ -42,9 +43,10 @@ MavlinkVehicle::MavlinkVehicle(const MavlinkConfig& config, std::unique_ptr<firm
       autopilot_(config, this),
       thrust_(config.thrust, config.quadrotor) {}
 
-Status MavlinkVehicle::connect() {
+Status MavlinkVehicle::connect(const std::atomic<bool>* cancel) {
+  const auto cancelled = [cancel] { return cancel != nullptr && *cancel; };
   const Stamp begin = now();
-  while (!report().peer && now() - begin < config_.connect_timeout) keep_alive(20ms);
+  while (!report().peer && !cancelled() && now() - begin < config_.connect_timeout) keep_alive(20ms);
   AutopilotReport found = report();
   if (!found.peer) return Error(complaints().front(), ErrorCode::kNoAnswer, "link");
   const auto settled = [this](const AutopilotReport& report) {
@@ -52,7 +54,7 @@ Status MavlinkVehicle::connect() {
     return report.wrong_firmware || (report.parameters_done && clock);
   };
   const Stamp heard = now();
-  while (!settled(found = report()) && now() - heard < kSettleTimeout) keep_alive(20ms);
+  while (!settled(found = report()) && !cancelled() && now() - heard < kSettleTimeout) keep_alive(20ms);
   if (found.wrong_firmware) return Error(complaints().front(), ErrorCode::kInvalid, "dialect");
   if (!found.thrust_is_thrust) {
     const auto sentences = complaints();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,11 +31,13 @@ class MavlinkVehicle final : public Vehicle, private flight::LoopClock, private 
   /// Opens the link, waits for the autopilot's heartbeat, reads its parameters and compares clocks.
   /// Errors: those of validate(config) and firmware::open(); kNoAnswer when no heartbeat comes within connect_timeout;
   /// kInvalid when it is another firmware's or GUID_OPTIONS is not as it has to be; each with the next step.
-  static Result<std::unique_ptr<MavlinkVehicle>> open(const MavlinkConfig& config);
+  /// @param cancel  when it becomes true, waiting ends as if nothing more had been heard; null: nothing ends it early
+  static Result<std::unique_ptr<MavlinkVehicle>> open(const MavlinkConfig& config,
+                                                      const std::atomic<bool>* cancel = nullptr);
   /// Over a link that is there, and a clock of one's own. @pre validate(config)
   MavlinkVehicle(const MavlinkConfig& config, std::unique_ptr<firmware::Link> link, std::unique_ptr<Clock> clock);
   /// Waits for the autopilot as open() does.
-  Status connect();
+  Status connect(const std::atomic<bool>* cancel = nullptr);
 
   flight::StateSource* states() noexcept override { return &states_; }
   flight::Actuator& actuator() noexcept override { return actuator_; }

@@ -6,6 +6,7 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/dnn.hpp>
+#include <stdexcept>
 #include <string>
 
 #include "common/base/logging.h"
@@ -143,8 +144,8 @@ class EncoderBase : public DepthEncoder {
       }
       if (!any) return std::nullopt;
       return encode_image(prior_C);
-    } catch (const std::exception&) {
-      return std::nullopt;  // OpenCV's exceptions stop here; a frame that can't be encoded is a frame without a gate
+    } catch (const std::exception& error) {
+      throw std::runtime_error("the encoder can't run " + words_of(error));
     }
   }
 

@@ -35,6 +35,7 @@ class DepthEncoder {
   ///                    resampled to the network's input if its intrinsics differ.
   /// @param prior_C     where the wanted gate should be (camera frame); empty = the nearest gate in view.
   /// @return empty when nothing can be encoded (no returns at all, or nothing near the prior).
+  /// Throws std::runtime_error, in words of ours, when a network can't be run: that says nothing of the frame.
   virtual std::optional<Encoding> encode(std::span<const float> depth_m, const CameraModel& camera,
                                          const std::optional<Eigen::Vector3d>& prior_C) = 0;
 };

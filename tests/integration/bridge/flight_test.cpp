@@ -38,13 +38,13 @@ class World {
   }
 
   std::atomic<bool> arm_switch{false};
+  std::atomic<bool> disarms{false};  ///< the autopilot, by itself
   std::atomic<bool> passed{false};   ///< the gate of course one-gate, inside of its opening
   std::atomic<double> highest_m{0};  ///< that the vehicle was
   std::atomic<bool> armed{false}, on_ground{true};
 
  private:
   static constexpr Stamp kStep = 1ms;
-  static constexpr Stamp kArmsAfter = 500ms;  // the switch was on for this long
 
   void run() {
     flight::RealTimeClock clock;
@@ -58,17 +58,13 @@ class World {
     }
   }
 
+  /// The autopilot's own switch arms it at once; the radio's next word of that comes later than the heartbeat's.
   void turn_switch(Stamp now) {
-    if (!arm_switch) {
-      on_since_ = now;
-      if (switched_on_) controller_.loop().arm_switch(now, false);
-      switched_on_ = false;
-    }
     controller_.radio_us[4] = arm_switch ? 1900 : 1000;
-    if (arm_switch && !switched_on_ && now - on_since_ >= kArmsAfter) {
-      switched_on_ = true;
-      controller_.loop().arm_switch(now, true);
-    }
+    if (disarms) controller_.loop().arm_switch(now, false);
+    if (arm_switch == switched_on_) return;
+    switched_on_ = arm_switch;
+    controller_.loop().arm_switch(now, switched_on_);
   }
 
   void move(Stamp now) {
@@ -97,7 +93,6 @@ class World {
 
   QuadrotorModel model_;
   MavlinkController controller_;
-  Stamp on_since_{0};
   bool switched_on_ = false;
   std::atomic<bool> ending_{false};
   std::thread thread_;
@@ -150,6 +145,43 @@ TEST_F(BridgeFlight, AskedToStopInTheAirItLandsAndDisarms) {
   EXPECT_EQ(bridge.wait(60s).value_or(-1), 0) << bridge.output();
   EXPECT_TRUE(world.on_ground);
   EXPECT_FALSE(world.armed);
+}
+
+TEST_F(BridgeFlight, AnAutopilotThatDiesInTheAirEndsTheFlightAndIsTold) {
+  Process server = programs_.server("server.log");
+  World world(link());
+  Process bridge = this->bridge();
+  ASSERT_TRUE(bridge.wait_for_output("checks_pass", 60s)) << bridge.output() << server.output();
+  world.arm_switch = true;
+  ASSERT_TRUE(bridge.wait_for_output("handed_over", 30s)) << bridge.output();
+  world.end();
+  // Without states and without its word: level by time, then motors off, though nobody may hear that any more.
+  EXPECT_EQ(bridge.wait(30s).value_or(-1), 4) << bridge.output();
+  EXPECT_NE(bridge.output().find("state_lost"), std::string::npos) << bridge.output();
+  EXPECT_NE(bridge.output().find("level_time_over"), std::string::npos) << bridge.output();
+}
+
+TEST_F(BridgeFlight, AnAutopilotThatDisarmsInTheAirIsNotArmedAgain) {
+  Process server = programs_.server("server.log");
+  World world(link());
+  Process bridge = this->bridge();
+  ASSERT_TRUE(bridge.wait_for_output("checks_pass", 60s)) << bridge.output() << server.output();
+  world.arm_switch = true;
+  ASSERT_TRUE(bridge.wait_for_output("handed_over", 30s)) << bridge.output();
+  world.disarms = true;
+  EXPECT_EQ(bridge.wait(30s).value_or(-1), 0) << bridge.output();
+  EXPECT_NE(bridge.output().find("motors_off"), std::string::npos) << bridge.output();
+  EXPECT_FALSE(world.armed);
+}
+
+TEST_F(BridgeFlight, AnInterruptWhileNoServerAnswersEndsItAtOnce) {
+  World world(link());
+  Process bridge = this->bridge();
+  std::this_thread::sleep_for(4s);  // of the 20 that joining may take
+  bridge.signal(SIGINT);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(bridge.wait(30s).value_or(-1), 0) << bridge.output();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 10s);
 }
 
 TEST_F(BridgeFlight, AnAutopilotThatDiesOnTheGroundIsTold) {

@@ -3,10 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
+#include <csignal>
 #include <fstream>
+#include <functional>
+#include <thread>
 
 #include "client/firmware/link/link.h"
+#include "client/firmware/msp/messages.h"
+#include "common/base/clock.h"
 #include "tests/integration/race/programs.h"
+#include "tests/support/betaflight_controller.h"
 
 namespace gatefield::test {
 namespace {
@@ -72,6 +79,71 @@ TEST_F(BridgeRefusal, AMissingFileAndAnUnknownFieldAreNamed) {
                  programs_.file("missing.log"));
   EXPECT_EQ(bridge.wait(30s).value_or(-1), 2);
   EXPECT_NE(bridge.output().find("/nowhere.txt: does not exist"), std::string::npos) << bridge.output();
+}
+
+/// A Betaflight board behind a TCP port, as its simulator is; on a thread of its own.
+class Board {
+ public:
+  explicit Board(const std::function<void(BetaflightController*)>& set_up) {
+    auto link = firmware::open(firmware::parse_address("tcp-listen:127.0.0.1:0").value(), 1s).value();
+    port_ = std::to_string(link->local_port());
+    controller_ = std::make_unique<BetaflightController>(std::move(link));
+    set_up(controller_.get());
+    thread_ = std::thread([this] {
+      while (!ending_) {
+        controller_->serve(MonotonicClock().now());
+        std::this_thread::sleep_for(1ms);
+      }
+    });
+  }
+  ~Board() {
+    ending_ = true;
+    thread_.join();
+  }
+  Board(const Board&) = delete;
+  Board& operator=(const Board&) = delete;
+  std::string section() const { return "betaflight { link: 'tcp:127.0.0.1:" + port_ + "' }"; }
+
+ private:
+  std::string port_;
+  std::unique_ptr<BetaflightController> controller_;
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+TEST_F(BridgeRefusal, AnUnknownFirmwareOrVersionIsNamedWithTheNextStep) {
+  namespace msp = firmware::msp;
+  {
+    const Board board([](BetaflightController* c) { c->answers[msp::command::kFcVersion] = {3, 5, 7}; });
+    EXPECT_EQ(bridge(board.section(), {"betaflight", "--check"}), 2);
+    expect_said("firmware is Betaflight 3.5.7, expected 4.4 to 2026.12; flash one of these");
+  }
+  const Board board([](BetaflightController* c) { c->answers[msp::command::kFcVariant] = {'I', 'N', 'A', 'V'}; });
+  EXPECT_EQ(bridge(board.section(), {"betaflight", "--check"}), 2);
+  expect_said("firmware is 'INAV', expected Betaflight (BTFL)");
+}
+
+TEST_F(BridgeRefusal, SettingsThatDontFlyAreNamedWithTheNextStep) {
+  namespace msp = firmware::msp;
+  const Board board([](BetaflightController* c) { c->answers[msp::command::kMixerConfig] = {1, 0}; });
+  EXPECT_EQ(bridge(board.section(), {"betaflight", "--check"}), 2);
+  expect_said("the firmware's mixer is 1, expected 3 (QUADX); set mixer QUADX");
+}
+
+TEST_F(BridgeRefusal, ABoardThatNobodyAnswersForIsNamed) {
+  EXPECT_EQ(bridge("betaflight { link: 'tcp:127.0.0.1:1' }", {"betaflight", "--check"}), 2);
+  expect_said("start the flight controller");
+}
+
+TEST_F(BridgeRefusal, AnInterruptEndsTheWaitForAnAutopilot) {
+  std::ofstream(programs_.file("bridge.txt"))
+      << "vehicle: 'racer-rates' course: 'one-gate' "
+         "mavlink { link: 'udp-listen:127.0.0.1:0' connect_timeout: 600 radio { arm: 5 } }";
+  Process bridge((kPrograms / "gatefield-bridge").string(),
+                 {"mavlink", "--config", programs_.file("bridge.txt").string()}, programs_.file("log"));
+  std::this_thread::sleep_for(1s);
+  bridge.signal(SIGINT);
+  EXPECT_EQ(bridge.wait(10s).value_or(-1), 0) << bridge.output();
 }
 
 TEST_F(BridgeRefusal, AFirmwareThatIsNotThereIsRefused) {

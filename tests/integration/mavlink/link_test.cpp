@@ -1,9 +1,6 @@
 // The bridge on real links (UDP, TCP, a serial line) against an autopilot of ours on a thread of its own, in real time.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -12,9 +9,9 @@
 #include <vector>
 
 #include "client/bridge/mavlink/vehicle.h"
-#include "client/firmware/link/file_descriptor.h"
 #include "common/base/statistics.h"
 #include "tests/support/mavlink_controller.h"
+#include "tests/support/terminal.h"
 
 namespace gatefield::bridge {
 namespace {
@@ -42,29 +39,6 @@ class Served {
   test::MavlinkController controller_;
   std::atomic<bool> ending_{false};
   std::thread thread_;
-};
-
-/// The autopilot's end of a pseudo terminal, which looks like a serial port at the other one.
-class Terminal final : public firmware::Link {
- public:
-  Terminal() : end_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
-    std::array<char, 64> name{};
-    if (grantpt(end_.get()) == 0 && unlockpt(end_.get()) == 0 && ptsname_r(end_.get(), name.data(), name.size()) == 0)
-      name_ = name.data();
-  }
-  firmware::Transfer send(std::span<const std::uint8_t> message) noexcept override {
-    return {static_cast<std::size_t>(std::max<ssize_t>(::write(end_.get(), message.data(), message.size()), 0)), 0};
-  }
-  firmware::Transfer receive(std::span<std::uint8_t> buffer) noexcept override {
-    return {static_cast<std::size_t>(std::max<ssize_t>(::read(end_.get(), buffer.data(), buffer.size()), 0)), 0};
-  }
-  bool wait(std::chrono::nanoseconds) noexcept override { return false; }
-  std::uint16_t local_port() const noexcept override { return 0; }
-  const std::string& name() const noexcept override { return name_; }
-
- private:
-  firmware::FileDescriptor end_;
-  std::string name_;
 };
 
 MavlinkConfig config_for(const std::string& link) {
@@ -132,13 +106,50 @@ TEST(BridgeLink, StatesAndSetpointsGoOverTcp) {
 }
 
 TEST(BridgeLink, StatesAndSetpointsGoOverASerialLine) {
-  auto terminal = std::make_unique<Terminal>();
+  auto terminal = std::make_unique<test::Terminal>();
   ASSERT_FALSE(terminal->name().empty());
   const std::string there = "serial:" + terminal->name() + ":921600";
   Served autopilot(std::move(terminal));
   auto vehicle = MavlinkVehicle::open(config_for(there));
   ASSERT_TRUE(vehicle.ok()) << vehicle.error();
   expect_flows(vehicle->get());
+}
+
+TEST(BridgeLink, ANoisySerialLineCostsWhatItBreaks) {
+  auto terminal = std::make_unique<test::Terminal>();
+  ASSERT_FALSE(terminal->name().empty());
+  const std::string there = "serial:" + terminal->name() + ":921600";
+  terminal->noise = test::line_noise(2e-3, 7);  // a message in four, or so
+  Served autopilot(std::move(terminal));
+  auto vehicle = MavlinkVehicle::open(config_for(there));
+  ASSERT_TRUE(vehicle.ok()) << vehicle.error();
+  const auto before = (*vehicle)->report().states;
+  (void)measure(vehicle->get());
+  const auto report = (*vehicle)->report();
+  EXPECT_GT(report.states - before, 60U) << "of 200";
+  EXPECT_EQ(report.faults, 0U) << "what has a right checksum was sent so";
+  const auto state = (*vehicle)->states()->newest(MonotonicClock().now());
+  ASSERT_TRUE(state);
+  EXPECT_LE(state->state.p_WB.norm() + state->state.v_WB.norm(), 1e-6) << "where it stands";
+  EXPECT_FALSE((*vehicle)->flight_controller().newest(MonotonicClock().now())->armed);
+}
+
+TEST(BridgeLink, ASerialLineThatIsPulledOutGrowsOldAndIsTold) {
+  auto terminal = std::make_unique<test::Terminal>();
+  ASSERT_FALSE(terminal->name().empty());
+  const std::string there = "serial:" + terminal->name() + ":921600";
+  auto autopilot = std::make_unique<Served>(std::move(terminal));
+  auto vehicle = MavlinkVehicle::open(config_for(there));
+  ASSERT_TRUE(vehicle.ok()) << vehicle.error();
+  autopilot.reset();
+  const Stamp pulled = MonotonicClock().now();
+  (void)measure(vehicle->get());
+  const Stamp now = MonotonicClock().now();
+  EXPECT_LE((*vehicle)->flight_controller().newest(now)->stamp, pulled + 100ms) << "who watches the stamp sees it";
+  const auto state = (*vehicle)->states()->newest(now);
+  EXPECT_TRUE(!state || state->stamp <= pulled + 100ms);
+  const auto complaints = (*vehicle)->complaints();
+  EXPECT_TRUE(std::ranges::any_of(complaints, [](const std::string& s) { return s.find(" broke: ") != s.npos; }));
 }
 
 TEST(BridgeLink, ADeviceThatIsNotThereIsNamed) {

@@ -33,6 +33,7 @@ TEST_F(Rates, ALapIsWonAsTold) {
   EXPECT_TRUE(told(output, "body rates"));
   EXPECT_FALSE(told(output, "thrust_unlike_told")) << output;
   EXPECT_FALSE(told(output, "rate_loop_unlike_told")) << output;
+  EXPECT_TRUE(told(output, "of what is asked for; rates ")) << "what was found in flight:\n" << output;
 }
 
 TEST_F(Rates, ThrustUnlikeToldIsFoundAndSaid) {

@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <fstream>
+#include <thread>
 
 #include "tests/integration/race/programs.h"
 
@@ -46,6 +47,16 @@ TEST(Refusal, AMistakeInAProfileNamesFileAndLine) {
       programs.file("log"));
   EXPECT_EQ(server.wait(5s).value_or(-1), 2) << server.output();
   expect_says(server, "mine.txt:2");
+}
+
+TEST(Refusal, AnInterruptEndsTheSearchForAServer) {
+  Programs programs("interrupt");
+  Process sim = programs.simulator("sim.log", {"--scenario", "circle-0.3m", "--connect-timeout", "600"});
+  std::this_thread::sleep_for(2s);
+  ASSERT_TRUE(sim.running()) << sim.output();
+  sim.signal(SIGINT);
+  EXPECT_EQ(sim.wait(20s).value_or(-1), 0) << sim.output();
+  expect_says(sim, "cancelled before a server answered");
 }
 
 TEST(Refusal, ASecondServerOfTheSameNameDoesNotStart) {

@@ -50,6 +50,21 @@ TEST(Connect, SaysWhenNobodyAnswers) {
   EXPECT_EQ(client.failure().code, ErrorCode::kNoAnswer);
 }
 
+TEST(Connect, CancelledItDoesNotWaitForATimeOut) {
+  std::atomic<bool> cancel{false};
+  std::thread impatient([&] {
+    std::this_thread::sleep_for(200ms);
+    cancel = true;
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  const auto client = Client::connect(options(60s), &cancel);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 10s);
+  impatient.join();
+  ASSERT_FALSE(client.ok());
+  EXPECT_EQ(client.failure().code, ErrorCode::kNoAnswer);
+  EXPECT_NE(client.error().find("cancelled"), std::string::npos) << client.error();
+}
+
 TEST(Connect, ABadVehicleNeverLeavesTheHouse) {
   Options bad = options();
   bad.quadrotor.mass_kg = 0;

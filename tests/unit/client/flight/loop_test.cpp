@@ -345,7 +345,7 @@ TEST_F(FlightLoop, FramesAreSentByAThreadOfTheirOwnWithTheStampsOfTheirCapture) 
   const auto frames = client.frames();
   EXPECT_EQ(frames.size(), flown.frames_sent);
   EXPECT_NE(camera.caller, std::this_thread::get_id());
-  for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_NE(frames[i].count() % 3, 0);
+  for (const Stamp frame : frames) EXPECT_NE(frame.count() % 3, 0);
   EXPECT_TRUE(std::is_sorted(frames.begin(), frames.end()));
 }
 

@@ -28,7 +28,10 @@ Course far_away() { return gate_at({0, 0, 500}); }
 /// A vehicle that is in one phase, whatever comes.
 class Flown {
  public:
-  explicit Flown(const Course& course = far_away()) : manoeuvres_({}, RateVehicle::actuation(), course, options) {}
+  explicit Flown(const Course& course = far_away(), const QuadrotorModel& model = {})
+      : manoeuvres_(model, RateVehicle::actuation(), course, options) {
+    vehicle.model = model;
+  }
 
   SupervisorOptions options;
   RateVehicle vehicle;
@@ -127,6 +130,19 @@ TEST(Manoeuvres, BrakesThenHoldsItsPlaceThenSinks) {
       << "on the ground it is let sink";
 }
 
+TEST(Manoeuvres, AVehicleTwelveTimesAsStrongAsItIsHeavySinksToo) {
+  QuadrotorModel strong;
+  strong.thrust_max_n = 12 * strong.mass_kg * kGravity_m_s2 / kRotors;
+  for (const Phase phase : {Phase::kDescending, Phase::kLevelDescent}) {
+    Flown flown(far_away(), strong);
+    flown.vehicle.hover_at({0, 0, 1.5});
+    flown.enter(phase);
+    flown.fly(5s);
+    EXPECT_TRUE(flown.vehicle.on_ground()) << name(phase) << " at " << flown.vehicle.state.p_WB.z();
+    EXPECT_LT(flown.vehicle.hardest_touch_m_s, 2.0) << name(phase);
+  }
+}
+
 TEST(Manoeuvres, TheHandOverBeginsAsTheLawAndEndsAsThePlan) {
   Flown flown;
   flown.vehicle.hover_at({0, 0, 1});
@@ -218,6 +234,24 @@ double clearance(const Course& course, double aside_m, double speed_m_s, double 
   };
   flown.fly(4s);
   return nearest;
+}
+
+TEST(Manoeuvres, AnAttitudeOfTheControllerThatIsNoneIsReckonedInstead) {
+  Manoeuvres manoeuvres({}, RateVehicle::actuation(), far_away(), {});
+  Directive directive;
+  directive.phase = Phase::kLevelDescent;
+  directive.since = 10s;
+  TimedState state{.stamp = 10s, .state = {}};
+  state.state.q_WB = Eigen::AngleAxisd(30 * kDegree, Eigen::Vector3d::UnitX());
+  ControllerStatus controller;
+  controller.q_WB = PlainQuaternion(Eigen::Quaterniond(std::nan(""), 0, 0, 0));
+  for (Stamp now = 10s; now < 11s; now += 5ms) {
+    const auto setpoint = manoeuvres.setpoint(directive, now, state, controller, {});
+    ASSERT_TRUE(setpoint && setpoint->body_rates_rad_s.allFinite() && std::isfinite(setpoint->collective_thrust_n));
+    if (now == 10s) {
+      EXPECT_LT(setpoint->body_rates_rad_s.x(), -0.5) << "it levels out";
+    }
+  }
 }
 
 TEST(Manoeuvres, BrakingKeepsClearOfTheFrameAhead) {

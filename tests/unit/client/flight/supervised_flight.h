@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "client/flight/supervisor.h"
 
 namespace gatefield::flight {
@@ -36,6 +38,7 @@ class SupervisedFlight {
   Stamp now = std::chrono::seconds(100);
   Eigen::Vector3d p_W{1, 2, 0.1}, v_W = Eigen::Vector3d::Zero();
   bool states_come = true, controller_talks = true;
+  std::function<void(TimedState*)> bends;  ///< done to each state before it is told
 
   Observation& observation() { return told_; }
   ControllerStatus& controller() { return *told_.controller; }
@@ -60,6 +63,7 @@ class SupervisedFlight {
       told_.state->stamp = now;
       told_.state->state.p_WB = p_W;
       told_.state->state.v_WB = v_W;
+      if (bends) bends(&*told_.state);
     }
     if (controller_talks) controller().stamp = now;
     return supervisor.update(now, told_);

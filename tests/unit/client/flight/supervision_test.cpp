@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "client/flight/loop.h"
@@ -87,11 +88,13 @@ class FakeVehicle final : public StateSource, public Actuator, public Observer {
   RateVehicle body;
   double throttle_at_hover = 0.36;  // as it truly is
   Stamp switch_on_at = Stamp::max(), states_until = Stamp::max(), take_over_at = Stamp::max(), over_at = Stamp::max();
+  Stamp dies_at = Stamp::max();     // the firmware: no word, no motor
+  Stamp disarms_at = Stamp::max();  // by itself
   std::vector<Phase> phases;
   bool armed = false;
 
   std::optional<TimedState> newest(Stamp now) noexcept override {
-    if (now >= states_until) return last_;
+    if (now >= std::min(states_until, dies_at)) return last_;
     last_ = TimedState{.stamp = now, .state = body.state, .thrust_known = false};
     return last_;
   }
@@ -107,22 +110,31 @@ class FakeVehicle final : public StateSource, public Actuator, public Observer {
   class Status final : public FlightController {
    public:
     explicit Status(FakeVehicle* vehicle) : vehicle_(*vehicle) {}
-    std::optional<ControllerStatus> newest(Stamp now) noexcept override { return vehicle_.status(now); }
-    void want(Stamp, Wanted wanted) noexcept override {
-      if (wanted == Wanted::kArmed) vehicle_.armed = true;
+    std::optional<ControllerStatus> newest(Stamp now) noexcept override {
+      if (now >= vehicle_.disarms_at && !std::exchange(disarmed_, true)) vehicle_.armed = false;
+      return vehicle_.status(now);
+    }
+    void want(Stamp now, Wanted wanted) noexcept override {
+      if (now >= vehicle_.dies_at) return;
+      if (wanted == Wanted::kArmed && last != Wanted::kArmed) {
+        vehicle_.armed = true;
+        ++armings;
+      }
       if (wanted == Wanted::kKilled || (wanted == Wanted::kDisarmed && vehicle_.body.on_ground()))
         vehicle_.armed = false;
       last = wanted;
     }
     Wanted last = Wanted::kDisarmed;
+    int armings = 0;
 
    private:
+    bool disarmed_ = false;
     FakeVehicle& vehicle_;
   };
 
   std::optional<ControllerStatus> status(Stamp now) const noexcept {
     ControllerStatus status;
-    status.stamp = now;
+    status.stamp = std::min(now, dies_at);
     status.armed = status.follows_us = armed;
     status.pilot = PilotSwitches{.arm = now >= switch_on_at, .take_over = now >= take_over_at};
     status.specific_force_z_m_s2 = body.specific_force_z();
@@ -235,6 +247,30 @@ TEST_F(SupervisedLoop, StatesThatEndInMidRaceEndLevelOnTheGroundMotorsOff) {
   EXPECT_FALSE(vehicle.armed);
   EXPECT_TRUE(vehicle.body.on_ground()) << "it was down before the motors went off";
   EXPECT_LT(vehicle.body.hardest_touch_m_s, 2.5);
+}
+
+TEST_F(SupervisedLoop, AFirmwareKilledInMidRaceEndsTheFlight) {
+  vehicle.switch_on_at = 102s;
+  vehicle.dies_at = 110s;
+  const LoopStatistics statistics = run();
+  EXPECT_EQ(statistics.end, End::kKilled);
+  EXPECT_THAT(vehicle.phases, ElementsAre(Phase::kReady, Phase::kArming, Phase::kTakeOff, Phase::kHolding,
+                                          Phase::kHandOver, Phase::kRacing, Phase::kLevelDescent, Phase::kKilled));
+  EXPECT_EQ(controller.armings, 1);
+  EXPECT_LT(clock.now(), 120s) << "told to stop for good soon";
+}
+
+TEST_F(SupervisedLoop, AFirmwareThatDisarmsInMidRaceIsNotArmedAgain) {
+  vehicle.switch_on_at = 102s;
+  vehicle.disarms_at = 110s;
+  vehicle.over_at = 120s;
+  run();
+  // Who disarms follows nobody any more, which is heard as soon.
+  EXPECT_THAT(vehicle.phases,
+              ElementsAre(Phase::kReady, Phase::kArming, Phase::kTakeOff, Phase::kHolding, Phase::kHandOver,
+                          Phase::kRacing, Phase::kYielded, Phase::kLanded, Phase::kDisarmed));
+  EXPECT_EQ(controller.armings, 1) << "the switch is still on";
+  EXPECT_FALSE(vehicle.armed);
 }
 
 TEST_F(SupervisedLoop, WhoTookOverIsLeftAloneAndTheProgramMayEnd) {

@@ -27,12 +27,51 @@ std::vector<Edge> edges() {
   return all;
 }
 
+/// What has to pass before a cause counts: since it was provoked or, where time alone is the cause, in the phase.
+Stamp earliest(Cause cause, const SupervisorOptions& options) {
+  switch (cause) {
+    case Cause::kStateLost:
+      return options.state.lost_after;
+    case Cause::kStateWrong:
+      return options.state_doubted;
+    case Cause::kBatteryLow:
+      return options.battery_low;
+    case Cause::kControllerSilent:
+      return options.controller_silent;
+    case Cause::kPilotSilent:
+      return options.pilot_silent;
+    case Cause::kPlanSteady:
+      return options.plan_settles;
+    case Cause::kHandedOver:
+      return options.hand_over;
+    case Cause::kBrakeTimeOver:
+      return options.brake_limit;
+    case Cause::kHoldTimeOver:
+      return options.hold_limit;
+    case Cause::kTakeOffTimeOver:
+      return options.take_off_limit;
+    case Cause::kDescentTimeOver:
+      return options.descent_limit;
+    case Cause::kStateBack:
+      return options.state_settles;
+    case Cause::kGivenBack:
+      return options.give_back;
+    case Cause::kArmingTimeOver:
+      return options.arming_limit;
+    case Cause::kDisarmTimeOver:
+      return options.disarm_limit;
+    default:
+      return Stamp{0};
+  }
+}
+
 class EveryTransition : public testing::TestWithParam<Edge> {};
 
 TEST_P(EveryTransition, HappensWhenItsCauseDoes) {
   const auto [from, cause, to] = GetParam();
   SupervisedFlight flight;
   ASSERT_NO_FATAL_FAILURE(flight.reach(from));
+  const Stamp provoked = flight.now;
   provoke(cause, &flight);
   ASSERT_TRUE(flight.change(2min)) << "stays " << name(from);
   const Directive& directive = flight.supervisor.directive();
@@ -40,6 +79,7 @@ TEST_P(EveryTransition, HappensWhenItsCauseDoes) {
   EXPECT_EQ(name(directive.cause), name(cause));
   EXPECT_EQ(name(directive.phase), name(to));
   EXPECT_EQ(directive.since, flight.now);
+  EXPECT_GE(flight.now - provoked, earliest(cause, flight.options)) << "not before its time";
 }
 
 INSTANTIATE_TEST_SUITE_P(Supervisor, EveryTransition, testing::ValuesIn(edges()), [](const auto& edge) {

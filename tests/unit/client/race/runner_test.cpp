@@ -24,7 +24,7 @@ class Runner : public testing::Test {
         },
         stop_, on_progress);
   }
-  static FlyerFactory flying(FakeFlyer::Fly fly) {
+  static FlyerFactory flying(const FakeFlyer::Fly& fly) {
     return [fly](int) { return std::make_unique<FakeFlyer>(fly); };
   }
 

@@ -201,7 +201,8 @@ Flight fly_by_rates(Fallback* fallback, const QuadrotorModel& model, QuadrotorSt
     told.thrust_command_n.setConstant(NAN);
     const Setpoint setpoint = fallback->update(now, told);
     EXPECT_TRUE(setpoint.rotor_thrust_n.isZero(0) && setpoint.thrust_rate_n_s.isZero(0));
-    EXPECT_GE(setpoint.collective_thrust_n, 0.1 * kRotors * model.thrust_max_n);
+    EXPECT_GE(setpoint.collective_thrust_n,
+              std::min(0.1 * kRotors * model.thrust_max_n, 0.5 * model.mass_kg * kGravity_m_s2));
     EXPECT_LE(setpoint.collective_thrust_n, kRotors * model.thrust_max_n);
     EXPECT_LE((setpoint.body_rates_rad_s.cwiseAbs() - model.body_rate_max_rad_s).maxCoeff(), 1e-9);
     collective_n += h / lags.thrust_time_constant_s * (setpoint.collective_thrust_n - collective_n);
@@ -243,6 +244,14 @@ TEST(Fallback, AVehicleDrivenByBodyRatesBrakesHoldsAndDescendsWithoutAWordOfItsR
     const Flight sunk = fly_by_rates(&longer, model, state, 7s);
     EXPECT_NEAR(sunk.end.v_WB.z(), -Fallback::kDescent_m_s, 0.05) << heading;
   }
+}
+
+TEST(Fallback, AVehicleTenTimesAsStrongAsItIsHeavySinksToo) {
+  QuadrotorModel model;
+  model.thrust_max_n = 10 * model.mass_kg * kGravity_m_s2 / kRotors;
+  Fallback fallback(model, by_rates());
+  const Flight flight = fly_by_rates(&fallback, model, hovering(model), 7s);
+  EXPECT_NEAR(flight.end.v_WB.z(), -Fallback::kDescent_m_s, 0.05);
 }
 
 TEST(Fallback, AVehicleDrivenByBodyRatesComesBackFromUpsideDown) {

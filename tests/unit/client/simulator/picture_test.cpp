@@ -128,7 +128,7 @@ TEST_F(Outputs, RolloutsAreDrawnRedWhereTheFieldSaysCollisionAndGreenWhereFree) 
     for (const double side : {-1.0, 1.0}) {
       trace::Rollout rollout;
       for (int k = 1; k <= 10; ++k) {
-        rollout.p_W.push_back(step.p_W + 0.1 * k * Eigen::Vector3d(side, 0.3, 0));
+        rollout.p_W.emplace_back(step.p_W + 0.1 * k * Eigen::Vector3d(side, 0.3, 0));
         rollout.field_m.push_back(side);
       }
       step.rollouts.push_back(rollout);

@@ -10,7 +10,6 @@
 namespace gatefield::simulator {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 // Three gates on a triangle-like tour: A at (0,0) towards +x, B at (10,0) towards +y, C at (5,8) towards -x.

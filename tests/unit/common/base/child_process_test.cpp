@@ -13,7 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
-using testing::HasSubstr;
 
 ChildOptions shell(const std::string& script) {
   ChildOptions options;

@@ -141,7 +141,7 @@ TEST(Perturbation, MagnitudesAreWhatTheFileSays) {
   EXPECT_LT(smallest_yaw, 31 * kDegree);
   EXPECT_LE(largest_yaw, 60 * kDegree + 1e-9);
   EXPECT_GT(largest_yaw, 59 * kDegree);
-  EXPECT_NEAR(left, count / 2, 80);
+  EXPECT_NEAR(2 * left, count, 160);
 }
 
 TEST(Perturbation, TiltLeansGatesByHalfToAllOfItsMagnitude) {

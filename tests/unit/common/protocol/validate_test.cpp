@@ -299,15 +299,18 @@ TEST(ValidateCommand, APlanOfBodyRatesSaysNothingOfRotorsAndNeverPullsDown) {
 
 TEST(ValidateTelemetry, RefusesEveryBadFieldByName) {
   using T = Telemetry;
-  expect_refused<T>(test::good_telemetry(),
-                    {
-                        {"name", [](T* t) { t->vehicle = std::string(""); }, "vehicle is"},
-                        {"stamp", [](T* t) { t->server_stamp = Stamp(-1); }, "server_stamp is"},
-                        {"health", [](T* t) { t->health.state_age_s = kNan; }, "health.state_age_s is"},
-                        {"encode", [](T* t) { t->encode_time_s = -1; }, "encode_time_s is -1"},
-                        {"reason", [](T* t) { t->last_reason = "a\nb"; }, "last_reason is text with control"},
-                        {"isa", [](T* t) { t->isa = std::string(16, 'x'); }, "isa is 16"},
-                    });
+  expect_refused<T>(
+      test::good_telemetry(),
+      {
+          {"name", [](T* t) { t->vehicle = std::string(""); }, "vehicle is"},
+          {"stamp", [](T* t) { t->server_stamp = Stamp(-1); }, "server_stamp is"},
+          {"health", [](T* t) { t->health.state_age_s = kNan; }, "health.state_age_s is"},
+          {"encode", [](T* t) { t->encode_time_s = -1; }, "encode_time_s is -1"},
+          {"factor", [](T* t) { t->identified.thrust_factor = kNan; }, "found_thrust_factor is nan"},
+          {"lag", [](T* t) { t->identified.rate_time_constant_s[2] = -0.1; }, "found_rate_time_constant_s is -0.1"},
+          {"reason", [](T* t) { t->last_reason = "a\nb"; }, "last_reason is text with control"},
+          {"isa", [](T* t) { t->isa = std::string(16, 'x'); }, "isa is 16"},
+      });
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/base/logging.h"
 #include "common/trace/trace.h"
 #include "server/app/trace.h"
 
@@ -67,6 +68,23 @@ TEST_F(Tracer, LooksAtTheRolloutsOfEveryFifthStepWhenAsked) {
   EXPECT_NE(tracer.value()->rollouts(0), nullptr);
   EXPECT_EQ(tracer.value()->rollouts(1), nullptr);
   EXPECT_NE(tracer.value()->rollouts(5), nullptr);
+}
+
+TEST_F(Tracer, AFullDiskIsToldOnceAndEndsTheTrace) {
+  fs::create_symlink("/dev/full", folder_ / "drone.trace");
+  auto tracer = make_tracer(request_, planner::Profile{}, {folder_, true});
+  ASSERT_TRUE(tracer.ok()) << tracer.error();
+  const planner::PlanInput input;
+  const planner::Plan plan;
+  const gates::GateBelief believed;
+  ::testing::internal::CaptureStderr();
+  log::start("tracer_test");
+  for (int i = 0; i < 3; ++i) tracer.value()->made({1500ms, 3, believed, input, plan});
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  const std::size_t first = said.find("drone.trace ends here, it can't be written: No space left");
+  EXPECT_NE(first, std::string::npos) << said;
+  EXPECT_EQ(said.find("ends here", first + 20), std::string::npos) << said;
+  EXPECT_EQ(tracer.value()->rollouts(0), nullptr) << "nothing is kept for it any more";
 }
 
 TEST_F(Tracer, AFolderThatIsNotThereIsAnError) {

@@ -143,28 +143,33 @@ TEST(CourseProgress, ResumesWhereItWasToldAndIgnoresNonsense) {
 }
 
 TEST(CourseProgress, AGateCoastedThroughWhileNobodyPlannedCountsAfterResuming) {
-  CourseProgress beyond(square_course(3));
-  beyond.resume(2, 1);  // the gate at (-6, 0), passed along -y
-  EXPECT_TRUE(beyond.update({-6.3, -1.0, 1.2}, beyond.nominal(2)));
-  EXPECT_EQ(beyond.target(), 3u);
+  /// Whether the gate it is resumed at counts, of a vehicle that hovers at `p_W`.
+  const auto counts = [](std::uint32_t waypoint, std::uint32_t lap, const Eigen::Vector3d& p_W) {
+    CourseProgress progress(square_course(3));
+    progress.resume(waypoint, lap);
+    const GateBelief gate = progress.nominal(waypoint);
+    EXPECT_FALSE(progress.update(p_W, gate)) << "the first state alone may be a false one";
+    const bool counted = progress.update(p_W, gate);
+    EXPECT_EQ(progress.target(), counted ? waypoint + 1 : waypoint);
+    EXPECT_FALSE(progress.update(p_W, progress.nominal(progress.target()))) << "once";
+    return counted;
+  };
+  EXPECT_TRUE(counts(2, 1, {-6.3, -1.0, 1.2}));  // the gate at (-6, 0), passed along -y
+  EXPECT_TRUE(counts(2, 1, {-4.5, -3.5, 1.2}));
+  EXPECT_FALSE(counts(2, 1, {-6.3, 1.0, 1.2})) << "before it";
+  EXPECT_FALSE(counts(0, 0, {5.5, 1.0, 1.2})) << "at its very beginning nothing was passed";
+  EXPECT_FALSE(counts(2, 1, {2.0, -1.0, 1.2})) << "elsewhere";
+}
 
-  CourseProgress far_beyond(square_course(3));
-  far_beyond.resume(2, 1);
-  EXPECT_TRUE(far_beyond.update({-4.5, -3.5, 1.2}, far_beyond.nominal(2)));
-
-  CourseProgress before(square_course(3));
-  before.resume(2, 1);
-  EXPECT_FALSE(before.update({-6.3, 1.0, 1.2}, before.nominal(2)));
-  EXPECT_EQ(before.target(), 2u);
-
-  CourseProgress beginning(square_course(3));
-  beginning.resume(0, 0);
-  EXPECT_FALSE(beginning.update({5.5, 1.0, 1.2}, beginning.nominal(0)));
-
-  CourseProgress elsewhere(square_course(3));
-  elsewhere.resume(2, 1);
-  EXPECT_FALSE(elsewhere.update({2.0, -1.0, 1.2}, elsewhere.nominal(2)));
-  EXPECT_EQ(elsewhere.target(), 2u);
+TEST(CourseProgress, AFirstStateThatTheNextOnesContradictCountsNothing) {
+  CourseProgress progress(square_course(3));
+  progress.resume(2, 1);
+  const GateBelief gate = progress.nominal(2);
+  EXPECT_FALSE(progress.update({-6.3, -1.0, 1.2}, gate));
+  progress.begin_elsewhere();
+  EXPECT_FALSE(progress.update({-6.3, 1.0, 1.2}, gate));
+  EXPECT_FALSE(progress.update({-6.3, 0.9, 1.2}, gate));
+  EXPECT_TRUE(progress.update({-6.3, -0.1, 1.2}, gate)) << "passed now";
 }
 
 }  // namespace

@@ -27,12 +27,12 @@ TEST(Crew, SeveralCallersAtOnceAndMoreThanThereArePlaces) {
   const test::CrewThreads others(&crew, 1);
   std::vector<std::thread> callers;
   std::vector<int> sums(4, 0);
-  for (std::size_t caller = 0; caller < sums.size(); ++caller) {
-    callers.emplace_back([&, caller] {
+  for (int& sum : sums) {
+    callers.emplace_back([&crew, &sum] {
       for (int turn = 0; turn < 200; ++turn) {
         std::vector<int> part(16, 0);
         crew.run(16, [&](int i) { part[static_cast<std::size_t>(i)] = i; });
-        for (const int value : part) sums[caller] += value;
+        for (const int value : part) sum += value;
       }
     });
   }

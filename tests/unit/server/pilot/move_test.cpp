@@ -94,6 +94,13 @@ TEST_P(Move, OfAVehicleThatIsFlownByRatesChangesNothingEither) {
   EXPECT_EQ(moved, stayed);
   EXPECT_EQ(
       stays.problems() & (bit(protocol::Problem::kRateLoopUnlikeTold) | bit(protocol::Problem::kThrustUnlikeTold)), 0u);
+
+  // What was found in flight is what flies.
+  protocol::Telemetry telemetry;
+  pilot->fill(Stamp{0}, &telemetry);
+  EXPECT_NEAR(telemetry.identified.thrust_factor, 1.0, 0.05);
+  for (int axis = 0; axis < 2; ++axis)
+    EXPECT_NEAR(telemetry.identified.rate_time_constant_s[axis], 0.04, 0.01) << "axis " << axis;
 }
 
 INSTANTIATE_TEST_SUITE_P(Timings, Move, ::testing::Values(protocol::Timing::kLockstep, protocol::Timing::kRealTime),

@@ -334,7 +334,8 @@ TEST(PilotDepth, AnEncoderThatThrowsCostsOneFrame) {
   bench.take(frame);
   EXPECT_TRUE(bench.look());
   EXPECT_EQ(bench.telemetry().frames_rejected, 1u);
-  EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("tensor of the wrong size"));
+  EXPECT_THAT(bench.telemetry().last_reason, HasSubstr("the server's sensor failed: tensor of the wrong size"));
+  EXPECT_EQ(bench.telemetry().last_code, ErrorCode::kUnsupported) << "nothing was wrong with the frame";
   EXPECT_NE(bench.step(), nullptr);
 }
 
@@ -604,6 +605,39 @@ TEST(PilotProgress, GoesOnWhereAnEarlierServerWas) {
   EXPECT_EQ(command->health.target_waypoint, 1u);
   EXPECT_EQ(command->health.lap, 1u);
   EXPECT_TRUE(bench.planner->last.target.seen);
+}
+
+TEST(PilotProgress, AFalseFirstStateOfAResumedSessionCountsNoGate) {
+  Bench bench;
+  auto lapse = bench.state(50s, {12.5, 0, 1.5});  // behind gate 1, which the vehicle has yet to pass
+  lapse.heard_waypoint = 1;
+  bench.take(lapse);
+  EXPECT_EQ(bench.step()->health.target_waypoint, 1u);
+  const protocol::ThrustRateCommand* command = nullptr;
+  for (int i = 1; i < 10; ++i) {
+    bench.clock.advance(10ms);
+    auto state = bench.state(50s + i * 10ms, {9, 0, 1.5});
+    state.heard_waypoint = 1;
+    bench.take(state);
+    command = bench.step();
+  }
+  ASSERT_NE(command, nullptr);
+  EXPECT_EQ(bench.planner->last.start.p_WB.x(), 9.0);
+  EXPECT_EQ(command->health.target_waypoint, 1u);
+}
+
+TEST(PilotProgress, AGateThatWasPassedWithoutAServerCountsOnceTwoStatesSaySo) {
+  Bench bench;
+  const protocol::ThrustRateCommand* command = nullptr;
+  for (int i = 0; i < 2; ++i) {
+    auto state = bench.state(50s + i * 10ms, {12.5, 0, 1.5});
+    state.heard_waypoint = 1;
+    bench.take(state);
+    command = bench.step();
+    ASSERT_NE(command, nullptr);
+    EXPECT_EQ(command->health.target_waypoint, i == 0 ? 1u : 2u);
+    bench.clock.advance(10ms);
+  }
 }
 
 TEST(PilotGuard, ACommandThatIsNotFiniteOrBeyondLimitsIsNeverSent) {

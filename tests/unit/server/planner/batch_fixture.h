@@ -31,8 +31,8 @@ class BatchFixture {
       for (int m = 0; m < stride_; ++m) at(k, kernels::kQw, m) = 1.0f;
   }
 
-  float& at(int k, kernels::StateChannel channel, int m) { return batch.states.row(k, channel)[m]; }
-  void place(int k, int m, const Eigen::Vector3f& p_WB) {
+  float& at(int k, kernels::StateChannel channel, int m) const { return batch.states.row(k, channel)[m]; }
+  void place(int k, int m, const Eigen::Vector3f& p_WB) const {
     at(k, kernels::kPx, m) = p_WB.x();
     at(k, kernels::kPy, m) = p_WB.y();
     at(k, kernels::kPz, m) = p_WB.z();

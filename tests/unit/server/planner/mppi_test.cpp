@@ -78,7 +78,7 @@ Eigen::Vector3d fly_through(Planner& planner, const Eigen::Isometry3d& X_WG, con
     for (int ms = 0; ms < 20; ++ms) {
       const double before = (X_WG.inverse() * state.p_WB).x();
       state = step_reference(model, state, plan.thrust_rate_n_s[0], 1e-3);
-      const Eigen::Vector3d p_G = X_WG.inverse() * state.p_WB;
+      Eigen::Vector3d p_G = X_WG.inverse() * state.p_WB;
       if (before < 0 && p_G.x() >= 0) return p_G;
     }
   }

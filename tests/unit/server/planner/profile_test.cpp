@@ -14,8 +14,7 @@ namespace gatefield::planner {
 namespace {
 
 std::filesystem::path write(const std::string& text) {
-  const auto file =
-      std::filesystem::temp_directory_path() / ("gatefield-profile-" + std::to_string(::getpid()) + ".txt");
+  auto file = std::filesystem::temp_directory_path() / ("gatefield-profile-" + std::to_string(::getpid()) + ".txt");
   std::ofstream(file) << text;
   return file;
 }

@@ -10,7 +10,7 @@ namespace {
 
 std::vector<PlainVector4> ramp() {
   std::vector<PlainVector4> inputs;
-  for (int k = 0; k < 5; ++k) inputs.push_back(PlainVector4::Constant(k + 1.0));
+  for (int k = 0; k < 5; ++k) inputs.emplace_back(PlainVector4::Constant(k + 1.0));
   return inputs;
 }
 

@@ -11,7 +11,6 @@
 namespace gatefield::service {
 namespace {
 
-using testing::FakePlanner;
 using ::testing::HasSubstr;
 using testing::join_request;
 using ::testing::StartsWith;
@@ -38,6 +37,7 @@ class ServiceTest : public ::testing::Test {
     factories.planner = [this, make = factories.planner](const planner::Profile& profile,
                                                          const protocol::SessionRequest& request) {
       last_seed_ = request.seed;
+      ++planners_;
       return make(profile, request);
     };
     if (factory_failure_)
@@ -65,6 +65,7 @@ class ServiceTest : public ::testing::Test {
   testing::FakeTransport transport_;
   std::unique_ptr<Service> service_;
   std::uint64_t last_seed_ = 0;
+  int planners_ = 0;
   std::optional<Error> factory_failure_;
 };
 
@@ -202,6 +203,7 @@ TEST_F(ServiceTest, FullMeansBusyAndASilentSessionMakesRoom) {
   EXPECT_FALSE(refused.accepted);
   EXPECT_EQ(refused.code, ErrorCode::kBusyServer);
   EXPECT_THAT(refused.reason, StartsWith("the server flies 2 vehicles"));
+  EXPECT_EQ(planners_, 2) << "a vehicle that gets no place gets no planner either";
 
   clock_.advance(2s);
   send_state(first, 1);  // "a" is alive, "b" is not
@@ -211,6 +213,17 @@ TEST_F(ServiceTest, FullMeansBusyAndASilentSessionMakesRoom) {
   EXPECT_FALSE(service_->session_of("b"));
   EXPECT_TRUE(service_->session_of("c"));
   EXPECT_THAT(transport_.forgotten(), ::testing::ElementsAre("b"));
+}
+
+TEST_F(ServiceTest, NoSessionGivesWayToAVehicleThatIsRefused) {
+  ask(join_request("a", 1));
+  ask(join_request("b", 1));
+  clock_.advance(2s);  // both are silent
+  auto nonsense = join_request("c", 1);
+  nonsense.profile = "nonsense";
+  EXPECT_EQ(ask(nonsense).code, ErrorCode::kUnknownName);
+  EXPECT_EQ(service_->sessions(), 2u);
+  EXPECT_TRUE(service_->session_of("a") && service_->session_of("b"));
 }
 
 TEST_F(ServiceTest, LeavingAndBeingGoneEndTheSession) {

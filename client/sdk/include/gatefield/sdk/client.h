@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -53,9 +54,11 @@ struct Setpoint {
 };
 
 struct LinkStatistics {
-  std::uint64_t commands = 0;     ///< received and accepted
-  std::uint64_t rejected = 0;     ///< failed validation or of another session
-  std::uint64_t reconnects = 0;   ///< sessions adopted after the first
+  std::uint64_t commands = 0;    ///< received and accepted
+  std::uint64_t rejected = 0;    ///< failed validation or of another session
+  std::uint64_t reconnects = 0;  ///< sessions adopted after the first
+  /// From the network, that the DDS library must not read; the last second's may not be counted yet.
+  std::uint64_t packets_dropped = 0;
   double round_trip_p50_s = 0.0;  ///< state sent to command received, by the client's clock; of the last 4096
   double round_trip_p99_s = 0.0;
   double solve_p50_s = 0.0;  ///< the server's step that made the plan, as it says; of the last 4096
@@ -81,7 +84,9 @@ class Client {
   /// field, value, expected, sentence); one that may pass (may_pass(code): the name is in use, the server is full) is
   /// asked again until the timeout. Nobody answered: ErrorCode::kNoAnswer. Options that no server would take:
   /// ErrorCode::kInvalid, at once.
-  static Result<std::unique_ptr<Client>> connect(const Options& options);
+  /// @param cancel  when it becomes true, joining ends within some 50 ms as if nobody had answered; null: nothing ends
+  ///                it early
+  static Result<std::unique_ptr<Client>> connect(const Options& options, const std::atomic<bool>* cancel = nullptr);
   virtual ~Client() = default;  ///< leaves the session
 
   /// The accepted session: control period, plan step, model hash.
@@ -132,10 +137,11 @@ using ClientLayout =
 /// What connect() is. Its symbol carries the layout: a program that lays the interface out in another way than the
 /// library was compiled with (_GLIBCXX_DEBUG and such; -march and Eigen's alignment make no difference)
 /// does not link, instead of flying on garbage.
-Result<std::unique_ptr<Client>> connect_if_layouts_agree(const Options& options, ClientLayout);
+Result<std::unique_ptr<Client>> connect_if_layouts_agree(const Options& options, const std::atomic<bool>* cancel,
+                                                         ClientLayout);
 
-inline Result<std::unique_ptr<Client>> Client::connect(const Options& options) {
-  return connect_if_layouts_agree(options, ClientLayout{});
+inline Result<std::unique_ptr<Client>> Client::connect(const Options& options, const std::atomic<bool>* cancel) {
+  return connect_if_layouts_agree(options, cancel, ClientLayout{});
 }
 
 }  // namespace gatefield::sdk

@@ -3,7 +3,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <fstream>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
 
 #include "client/bridge/config/bridge.pb.h"
 #include "client/bridge/config/fields.h"
@@ -166,13 +171,91 @@ TEST_F(BridgeConfigFile, EveryFieldOfTheSchemaHasAPlace) {
     for (const auto* section : {"session", "safety", "thrust", "mavlink"}) {
       // Sections are read one after the other, and each stops at its first mistake: one at a time.
       BridgeFile only = file;
-      const auto* reflection = only.GetReflection();
+      const auto* reflection = BridgeFile::GetReflection();
       for (const auto* other : {"session", "safety", "thrust"})
         if (std::string_view(other) != section)
-          reflection->ClearField(&only, only.GetDescriptor()->FindFieldByName(other));
+          reflection->ClearField(&only, BridgeFile::GetDescriptor()->FindFieldByName(other));
       EXPECT_NO_THROW((void)load(only.DebugString(), firmware)) << section;
     }
   }
+}
+
+/// Calls use(path, set) for every number in `message` and those inside it; set(value) puts it there, and makes the
+/// sections on the way to it.
+using SetNumber = std::function<void(BridgeFile* file, double value)>;
+void for_each_number(const google::protobuf::Descriptor& type, const std::string& path,
+                     const std::function<google::protobuf::Message*(BridgeFile*)>& section,
+                     const std::function<void(const std::string&, bool whole, const SetNumber&)>& use) {
+  using google::protobuf::FieldDescriptor;
+  for (int i = 0; i < type.field_count(); ++i) {
+    const FieldDescriptor* const field = type.field(i);
+    const std::string name = path.empty() ? field->name() : path + "." + field->name();
+    if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+      for_each_number(
+          *field->message_type(), name,
+          [=](BridgeFile* file) {
+            google::protobuf::Message* const around = section(file);
+            return around->GetReflection()->MutableMessage(around, field);
+          },
+          use);
+    } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE) {
+      use(name, false, [=](BridgeFile* file, double value) {
+        google::protobuf::Message* const around = section(file);
+        around->GetReflection()->SetDouble(around, field, value);
+      });
+    } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_INT32) {
+      use(name, true, [=](BridgeFile* file, double value) {
+        google::protobuf::Message* const around = section(file);
+        around->GetReflection()->SetInt32(around, field, static_cast<int>(value));
+      });
+    }
+  }
+}
+
+TEST_F(BridgeConfigFile, EveryNumberThatCantBeIsRefusedByItsName) {
+  int refusals = 0;
+  for (const Firmware firmware : {Firmware::kMavlink, Firmware::kBetaflight}) {
+    BridgeFile good;
+    good.set_vehicle("racer-rates");
+    good.set_course("one-gate");
+    auto* const fence = good.mutable_safety()->mutable_fence();
+    fence->mutable_low()->set_x(-9), fence->mutable_low()->set_y(-9), fence->mutable_low()->set_z(-1);
+    fence->mutable_high()->set_x(9), fence->mutable_high()->set_y(9), fence->mutable_high()->set_z(9);
+    good.mutable_mavlink()->set_link("udp-listen:127.0.0.1:14540");
+    good.mutable_mavlink()->mutable_radio()->set_arm(5);
+    good.mutable_mavlink()->mutable_state()->mutable_p_wl()->set_x(1);
+    good.mutable_mavlink()->mutable_state()->mutable_p_wl()->set_y(1);
+    good.mutable_mavlink()->mutable_state()->mutable_p_wl()->set_z(1);
+    good.mutable_betaflight()->set_link("tcp:127.0.0.1:5761");
+    good.mutable_betaflight()->set_receiver(BetaflightSpec::OVERRIDE);
+    good.mutable_betaflight()->mutable_kill()->set_aux(3);
+    const auto loaded = load(good.DebugString(), firmware);
+    ASSERT_TRUE(loaded.ok()) << loaded.error();
+    for_each_number(
+        *BridgeFile::descriptor(), "", [](BridgeFile* file) { return file; },
+        [&](const std::string& path, bool whole, const SetNumber& set) {
+          const auto of = firmware_names().find(path.substr(0, path.find('.')));
+          if (of != firmware_names().end() && of->second != firmware) return;  // another firmware's section is not read
+          constexpr double kInfinity = std::numeric_limits<double>::infinity();
+          const std::vector<double> bad =
+              whole ? std::vector<double>{std::numeric_limits<int>::min(), std::numeric_limits<int>::max(), -1}
+                    : std::vector<double>{std::nan(""), kInfinity, -kInfinity, 1e300, -1e300};
+          for (const double value : bad) {
+            BridgeFile file = good;
+            set(&file, value);
+            const auto config = load(file.DebugString(), firmware);
+            ASSERT_FALSE(config.ok()) << path << " of " << value;
+            const std::string& field = config.failure().field;
+            // Of a point all of it is named.
+            EXPECT_TRUE(field == path || path.rfind(field + ".", 0) == 0)
+                << path << " of " << value << " is called " << field << ": " << config.error();
+            EXPECT_FALSE(config.failure().expected.empty()) << config.error();
+            EXPECT_EQ(config.error().rfind(file_.string() + ": ", 0), 0U) << config.error();
+            ++refusals;
+          }
+        });
+  }
+  EXPECT_GT(refusals, 400);
 }
 
 }  // namespace

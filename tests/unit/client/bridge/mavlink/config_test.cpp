@@ -34,7 +34,7 @@ TEST(MavlinkConfig, EveryFieldOutOfRangeIsNamed) {
       {"connect_timeout", [](auto* c) { c->connect_timeout = 1ms; }},
       {"connect_timeout", [](auto* c) { c->connect_timeout = 1h; }},
       {"time_sync.ask_every", [](auto* c) { c->time_sync.ask_every = 2s; }},
-      {"oldest_state", [](auto* c) { c->state.oldest = 2s; }},
+      {"state.oldest", [](auto* c) { c->state.oldest = 2s; }},
       {"radio.arm", [](auto* c) { c->radio.arm = 19; }},
       {"radio.take_over", [](auto* c) { c->radio.take_over = -1; }},
       {"radio.kill", [](auto* c) { c->radio.take_over = c->radio.kill = 6; }},

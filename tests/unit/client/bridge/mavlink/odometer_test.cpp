@@ -202,13 +202,13 @@ TEST(OdometerOptions, AreChecked) {
   EXPECT_TRUE(validate(OdometerOptions{}).ok());
   OdometerOptions options;
   options.frame.p_WL.x() = std::nan("");
-  EXPECT_EQ(validate(options).failure().field, "local_frame.position_m");
+  EXPECT_EQ(validate(options).failure().field, "state.p_WL");
   options = {};
   options.frame.yaw_WL_rad = 7;
-  EXPECT_EQ(validate(options).failure().field, "local_frame.yaw_rad");
+  EXPECT_EQ(validate(options).failure().field, "state.yaw_WL_rad");
   options = {};
   options.oldest = 1ms;
-  EXPECT_EQ(validate(options).failure().field, "oldest_state");
+  EXPECT_EQ(validate(options).failure().field, "state.oldest");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "client/firmware/mavlink/constants.h"
 #include "common/base/random.h"
 #include "tests/support/allocation_trap.h"
+#include "tests/support/mavlink_words.h"
 #include "tests/support/towards.h"
 
 namespace gatefield::bridge {
@@ -235,6 +236,53 @@ TEST(MavlinkVehicle, BrokenMessagesCostThemselvesAndAreTold) {
   bench.run(1s);
   EXPECT_NEAR(static_cast<double>(bench.vehicle->report().states - states), 50.0, 3.0);
   EXPECT_TRUE(bench.complains_of("ODOMETRY.vx is nan, expected -1000 to 1000 m/s"));
+}
+
+TEST(MavlinkVehicle, AFieldOutOfRangeCostsItsMessageAndNothingElse) {
+  Bench bench(bench_config(Dialect::kPx4));
+  bench.controller->state.p_WB = {1, 2, 3};
+  ASSERT_TRUE(bench.vehicle->connect().ok());
+  bench.hold(1s, Wanted::kDisarmed);
+  test::for_each_faulty_message([&](const std::string& name, const mavlink::Message& message) {
+    const auto before = bench.vehicle->report().faults;
+    bench.controller->send(message);
+    bench.hold(2ms, Wanted::kDisarmed);
+    ASSERT_EQ(bench.vehicle->report().faults, before + 1) << name;
+    const auto& fault = bench.vehicle->report().fault;
+    EXPECT_EQ(name.rfind(std::string(fault->message) + ".", 0), 0U) << name;
+    const auto state = bench.vehicle->states()->newest(bench.now());
+    ASSERT_TRUE(state) << name;
+    EXPECT_LE((state->state.p_WB - bench.controller->state.p_WB).norm(), 1e-5) << name;
+    const auto status = bench.status();
+    EXPECT_FALSE(status.armed || status.follows_us || status.own_failsafe) << name;
+    EXPECT_NEAR(status.battery_v.value(), 15.5, 1e-3) << name;
+    EXPECT_EQ(status.on_ground, true) << name;
+    EXPECT_FALSE(status.pilot->arm || status.pilot->take_over || status.pilot->kill) << name;
+  });
+}
+
+TEST(MavlinkVehicle, NoNumberThatAnAutopilotCanSayArmsIt) {
+  Bench bench(bench_config(Dialect::kPx4));
+  ASSERT_TRUE(bench.vehicle->connect().ok());
+  bench.hold(1s, Wanted::kDisarmed);
+  int sent = 0;
+  test::for_each_extreme_message([&](const std::string& name, const mavlink::Message& message) {
+    bench.controller->send(message);
+    if (++sent % 16 != 0) return;
+    bench.hold(2ms, Wanted::kDisarmed);
+    const auto state = bench.vehicle->states()->newest(bench.now());
+    ASSERT_TRUE(!state || (state->state.p_WB.allFinite() && state->state.v_WB.allFinite() &&
+                           state->state.w_WB_B.allFinite() && state->state.q_WB.coeffs().allFinite()))
+        << name;
+  });
+  EXPECT_GT(sent, 10000);
+  EXPECT_EQ(bench.commands(Command::kDoSetMode), 0);
+  for (const mavlink::CommandLong& command : bench.controller->commands)
+    EXPECT_FALSE(command.command == static_cast<std::uint16_t>(Command::kArmDisarm) && command.param1 != 0.0F);
+  EXPECT_FALSE(bench.controller->armed());
+  bench.controller->target.reset();
+  bench.hold(1s, Wanted::kDisarmed);
+  EXPECT_TRUE(bench.controller->target) << "it goes on";
 }
 
 TEST(MavlinkVehicle, ANoisyLineCostsWhatItBreaks) {

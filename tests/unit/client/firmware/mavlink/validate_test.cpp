@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,28 @@ TEST(Validate, TakesEveryMessageWithItsDefaults) {
     const Status status = validate(test::empty_message(kind));
     EXPECT_TRUE(status.ok()) << status.error();
   }
+}
+
+TEST(Validate, EveryNumberWithAFractionIsCheckedButThoseThatMayBeAnything) {
+  const std::set<std::string> anything{
+      "PARAM_VALUE.param_value",  // the bits of a whole number, where the sender has it so
+      "PARAM_SET.param_value",    //
+      "ATTITUDE_QUATERNION.repr_offset_q",
+      "ODOMETRY.pose_covariance",
+      "ODOMETRY.velocity_covariance",  // not read
+  };
+  std::set<std::string> unchecked;
+  for (std::size_t kind = 0; kind < definitions().size(); ++kind) {
+    std::visit(
+        [&]<typename Kind>(const Kind&) {
+          for_each_field<Kind>([&]<typename Value>(const Field<Kind, Value>& field) {
+            if (std::same_as<typename Element<Value>::Type, float> && field.allowed.kind == Allowed::Kind::kAnything)
+              unchecked.insert(std::string(Kind::kName) + "." + std::string(field.name));
+          });
+        },
+        test::empty_message(kind));
+  }
+  EXPECT_EQ(unchecked, anything);
 }
 
 TEST(Validate, RefusesEveryFieldThatIsOutOfRange) {

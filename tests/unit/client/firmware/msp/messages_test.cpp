@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <map>
 #include <numbers>
 #include <random>
+#include <string>
 
 namespace gatefield::firmware::msp {
 namespace {
@@ -202,26 +204,115 @@ TEST(MspMessages, RatesOfEachAxisStandWhereTheyBelong) {
   EXPECT_EQ(read->throttle_expo, 20);
 }
 
-TEST(MspMessages, SettingsOutOfTheirRangeGiveNothing) {
-  for (const Tuning& wrong : {Tuning{.limit_type = 3}, Tuning{.limit_percent = 0}, Tuning{.limit_percent = 101},
-                              Tuning{.mid = 101}, Tuning{.expo = 101}, Tuning{.rate_limit = 0},
-                              Tuning{.rate_limit = 1999}, Tuning{.type = 5}, Tuning{.axis_expo = 101}})
-    EXPECT_FALSE(read_rc_tuning(rc_tuning(wrong)).has_value());
+/// A number of a message: where it lies and what it may be. All bytes that a message needs belong to one, so that one
+/// that is added to a message has to be added here.
+struct Number {
+  const char* name;
+  std::size_t bytes;
+  bool with_sign;
+  int low, high;  ///< what is taken; what its type can't say beyond that is not tried
+};
+constexpr int kAny8 = 255, kAny16 = 65535;
 
-  EXPECT_TRUE(read_rx_config(rx_config(1900, 1500, 1050, 885, 2115)).has_value());
-  for (const auto& wrong : {rx_config(1000, 1500, 1050, 885, 2115), rx_config(1900, 1199, 1050, 885, 2115),
-                            rx_config(1900, 1701, 1050, 885, 2115), rx_config(1900, 1500, 749, 885, 2115),
-                            rx_config(2251, 1500, 1050, 885, 2115), rx_config(2200, 1500, 2100, 885, 2115),
-                            rx_config(1900, 1500, 1050, 2115, 885), rx_config(1900, 1500, 1050, 700, 2115),
-                            rx_config(1900, 1500, 1050, 885, 2251)})
-    EXPECT_FALSE(read_rx_config(wrong).has_value());
+Number u8(const char* name, int low = 0, int high = kAny8) { return {name, 1, false, low, high}; }
+Number u16(const char* name, int low = 0, int high = kAny16) { return {name, 2, false, low, high}; }
+Number i16(const char* name, int low = -32768, int high = 32767) { return {name, 2, true, low, high}; }
 
+std::map<std::string, std::vector<Number>> numbers() {
+  std::vector<Number> tuning{u8("rc_rate roll"),         u8("expo roll", 0, 100),     u8("super rate roll"),
+                             u8("super rate pitch"),     u8("super rate yaw"),        u8("0"),
+                             u8("throttle mid", 0, 100), u8("throttle expo", 0, 100), u16("0"),
+                             u8("expo yaw", 0, 100),     u8("rc_rate yaw"),           u8("rc_rate pitch"),
+                             u8("expo pitch", 0, 100),   u8("limit type", 0, 2),      u8("limit percent", 1, 100)};
+  for (const char* axis : {"limit roll", "limit pitch", "limit yaw"}) tuning.push_back(u16(axis, 1, 1998));
+  tuning.push_back(u8("type", 0, 4));
+  const auto repeated = [](const Number& number, std::size_t count) { return std::vector<Number>(count, number); };
+  return {
+      {"api", {u8("protocol"), u8("major"), u8("minor")}},
+      {"variant", repeated(u8("letter", '!', '~'), 4)},
+      {"version", repeated(u8("part"), 3)},
+      {"status",
+       {u16("cycle time"),
+        u16("bus errors"),
+        u16("sensors"),
+        u16("modes"),
+        u16("modes"),
+        u8("profile"),
+        u16("load"),
+        u16("two bytes"),
+        {"more modes, whose count moves the rest", 1, false, 2, 2},
+        u8("more"),
+        u8("more"),
+        u8("reasons", 1, 32),
+        u16("disabled"),
+        u16("disabled")}},
+      {"attitude", {i16("roll", -1800, 1800), i16("pitch", -900, 900), i16("yaw", 0, 360)}},
+      {"imu", repeated(i16("axis"), 6)},
+      {"battery",
+       {u8("cells"), u16("capacity"), u8("tenths"), u16("drawn"), i16("current"), u8("state", 0, 4), u16("voltage")}},
+      {"rc", repeated(u16("pulse"), 4)},
+      {"motors", repeated(u16("pulse", 0, 2100), 8)},
+      {"tuning", tuning},
+      // Their order against each other is another test's: alone, each may go as far as the others let it.
+      {"rx",
+       {u8("provider"), u16("max_check", 1051, 2250), u16("mid_rc", 1200, 1700), u16("min_check", 750, 1899),
+        u8("bind"), u16("shortest", 750, 2114), u16("longest", 886, 2250)}},
+      {"map",
+       {u8("roll", 0, 0), u8("pitch", 1, 1), u8("yaw", 3, 3), u8("throttle", 2, 2), u8("AUX1", 4, 4), u8("AUX2", 5, 5),
+        u8("AUX3", 6, 6), u8("AUX4", 7, 7)}},
+      {"deadband", {u8("roll and pitch", 0, 100), u8("yaw", 0, 100)}},
+      {"failsafe",
+       {u8("delay"), u8("landing"), u16("throttle"), u8("switch mode"), u16("recovery"), u8("procedure", 0, 2)}},
+      {"features", {u16("low"), u16("high")}},
+      {"mixer", {u8("kind"), u8("reversed")}},
+  };
+}
+
+/// What is just within and just beyond both ends of a number, as far as its bytes can say it.
+struct Ends {
+  std::vector<int> within, beyond;
+};
+Ends ends_of(const Number& number) {
+  const int lowest = number.with_sign ? -(1 << (8 * number.bytes - 1)) : 0;
+  const int highest = number.with_sign ? (1 << (8 * number.bytes - 1)) - 1 : (1 << (8 * number.bytes)) - 1;
+  Ends ends{{number.low, number.high}, {}};
+  for (const int value : {number.low - 1, lowest})
+    if (value >= lowest && value < number.low) ends.beyond.push_back(value);
+  for (const int value : {number.high + 1, highest})
+    if (value <= highest && value > number.high) ends.beyond.push_back(value);
+  return ends;
+}
+
+TEST(MspMessages, EveryNumberOutOfItsRangeGivesNothing) {
+  const auto all = numbers();
+  int refused = 0;
+  for (const Message& message : messages()) {
+    ASSERT_TRUE(all.contains(message.name)) << message.name << " has no table of its numbers";
+    std::size_t place = 0;
+    for (const Number& number : all.at(message.name)) {
+      const auto read_with = [&](int value) {
+        auto bytes = message.right;
+        for (std::size_t i = 0; i < number.bytes; ++i)
+          bytes.at(place + i) = static_cast<std::uint8_t>(static_cast<unsigned>(value) >> (8 * i));
+        return message.read(bytes);
+      };
+      const Ends ends = ends_of(number);
+      for (const int value : ends.within)
+        EXPECT_TRUE(read_with(value)) << message.name << ": " << number.name << " of " << value;
+      for (const int value : ends.beyond)
+        EXPECT_FALSE(read_with(value)) << message.name << ": " << number.name << " of " << value;
+      refused += static_cast<int>(ends.beyond.size());
+      place += number.bytes;
+    }
+    EXPECT_EQ(place, message.needed) << message.name << ": every byte belongs to a number";
+  }
+  EXPECT_GT(refused, 50);
+}
+
+TEST(MspMessages, SettingsThatContradictEachOtherGiveNothing) {
+  EXPECT_FALSE(read_rx_config(rx_config(2200, 1500, 2100, 885, 2115)).has_value());
+  EXPECT_FALSE(read_rx_config(rx_config(1900, 1500, 1050, 2115, 885)).has_value());
   EXPECT_FALSE(read_rx_map(std::vector<std::uint8_t>{0, 1, 3, 3, 4, 5, 6, 7}).has_value()) << "one place twice";
-  EXPECT_FALSE(read_rx_map(std::vector<std::uint8_t>{0, 1, 3, 8, 4, 5, 6, 7}).has_value());
-  EXPECT_FALSE(read_rc_deadband(std::vector<std::uint8_t>{101, 0}).has_value());
-  EXPECT_FALSE(read_rc_deadband(std::vector<std::uint8_t>{0, 101}).has_value());
-  EXPECT_FALSE(read_failsafe(Written().u8(15).u8(10).u16(1000).u8(0).u16(100).u8(3)).has_value());
-  EXPECT_FALSE(read_motors(std::vector<std::uint8_t>(16, 9)).has_value()) << "2313 microseconds";
 }
 
 TEST(MspMessages, FailsafeAndMixerHaveUnits) {

@@ -71,7 +71,7 @@ TEST(BiasAndNoise, AWindowIsFramesInARow) {
 
 TEST(ApproachRow, TakesValidFramesBetweenTheDistances) {
   ApproachFlights flights(1);
-  const auto add = [&](double distance_m, bool valid, std::optional<Vector3d> found) {
+  const auto add = [&](double distance_m, bool valid, const std::optional<Vector3d>& found) {
     ApproachFrame frame;
     frame.distance_m = distance_m;
     frame.valid = valid;
