@@ -48,9 +48,9 @@ Status validate(const FirmwareOptions& options);
 /// reason against it, then on; then it hovers on the spot. A firmware that does not arm within its time, that brings no
 /// motors or no status any more, or that disarms in mid-race, is no longer well().
 ///
-/// In real time it runs by the machine's clock, so the plant must, too. In lockstep, for which it needs the clock library
-/// (client/firmware/betaflight_sitl/packets.h), it runs on for the plant's step, and what its motors come to in one step
-/// turns the rotors in the next.
+/// In real time it runs by the machine's clock, so the plant must, too. In lockstep, for which it needs the clock
+/// library (client/firmware/betaflight_sitl/packets.h), it runs on for the plant's step, and what its motors come to in
+/// one step turns the rotors in the next.
 /// Thread-safe: no.   Real-time safe: step() in real time (system calls, no allocation); the rest no.
 class FirmwareInLoop final : private bridge::betaflight::ChannelSink {
  public:

@@ -10,8 +10,9 @@
 
 namespace gatefield::test {
 
-/// BetaflightController as a program of its own would be: MSP on a TCP port, states and channels in and motors out over
-/// UDP, on a thread of its own in real time, or, where stamps of states advance, in their time. All ports are free ones.
+/// BetaflightController as a program of its own would be: MSP on a TCP port, states and channels in and motors out
+/// over UDP, on a thread of its own in real time, or, where stamps of states advance, in their time. All ports are free
+/// ones.
 class SitlBoard {
  public:
   /// @param motors_port  of the simulator

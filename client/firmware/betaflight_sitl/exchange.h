@@ -21,8 +21,8 @@ struct ExchangeOptions {
 /// The simulator's side of Betaflight SITL: a state goes out each step of the plant, motors come in. It says how old
 /// they are, so that a firmware that hangs is not flown on for ever.
 ///
-/// Either by the machine's clock, exchange(); or in lockstep, begin_step() and end_step() in turn, in which the firmware
-/// has the clock library (packets.h). One of both only.
+/// Either by the machine's clock, exchange(); or in lockstep, begin_step() and end_step() in turn, in which the
+/// firmware has the clock library (packets.h). One of both only.
 /// Thread-safe: no.   Real-time safe: exchange() and send() yes (system calls, no allocation).
 class Exchange {
  public:

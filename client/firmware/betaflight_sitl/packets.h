@@ -15,15 +15,15 @@
 ///   channels, to port 9004, 40 bytes  f64 time, u16[16] microseconds, in the order of its receiver; since 4.5
 ///   motors, to port 9002, 16 bytes    f32[4], 0 to 1
 ///
-/// The firmware runs on the machine's own clock. Times of state packets that advance stretch that clock (by the ratio of
-/// stamps to the machine's time between two packets, which is noise on a busy machine), so they stay the same here. It
-/// answers a state packet with motors once, when its loop has run; when no state came for 0.5 s, the next one is taken
-/// as the first.
+/// The firmware runs on the machine's own clock. Times of state packets that advance stretch that clock (by the ratio
+/// of stamps to the machine's time between two packets, which is noise on a busy machine), so they stay the same here.
+/// It answers a state packet with motors once, when its loop has run; when no state came for 0.5 s, the next one is
+/// taken as the first. 4.4 takes the first 136 bytes of a state.
 ///
-/// Lockstep: with the library gatefield-betaflight-clock loaded into it (LD_PRELOAD; clock/lockstep_clock.cpp), its time
-/// is that of the states. A state whose stamp is later than the last one's by up to 0.1 s lets it run on for just that
-/// long; what it comes to at the end goes out as motors with the state's stamp behind them, 24 bytes, and it stands
-/// until the next state. The same stamp again, or silence for 5 s, gives it the machine's clock back.
+/// Lockstep: with the library gatefield-betaflight-clock loaded into it (LD_PRELOAD; clock/lockstep_clock.cpp), its
+/// time is that of the states. A state whose stamp is later than the last one's by up to 0.1 s lets it run on for just
+/// that long; what it comes to at the end goes out as motors with the state's stamp behind them, 24 bytes, and it
+/// stands until the next state. The same stamp again, or silence for 5 s, gives it the machine's clock back.
 ///
 /// Signs and order changed with 2026.6. With w, f the body's rates and specific force in FLU:
 ///                   until 2025.12                            since 2026.6

@@ -1,5 +1,5 @@
-// Preloaded into Betaflight built for a computer (target SITL), this gives it the simulator's time: LD_PRELOAD names the
-// library. What it does and what goes over the wire: client/firmware/betaflight_sitl/lockstep.h.
+// Preloaded into Betaflight built for a computer (target SITL), this gives it the simulator's time: LD_PRELOAD names
+// the library. What goes over the wire is in client/firmware/betaflight_sitl/packets.h.
 //
 // The firmware's main thread asks for the time (CLOCK_MONOTONIC) and sleeps; its other threads take states, channels
 // and MSP from sockets. So the main thread runs on a clock of ours:
