@@ -38,7 +38,7 @@ class ClockLibrary : public testing::Test {
     return motors ? Known{100 * (*motors)[1], 2000 * (*motors)[2]} : Known{};
   }
 
-  const MonotonicClock clock;
+  MonotonicClock clock;
   std::unique_ptr<ChildProcess> program;
   std::unique_ptr<Exchange> exchange;
 };

@@ -101,7 +101,7 @@ TEST_F(BetaflightSitlExchange, AStepEndsWithTheMotorsOfItsOwnStamp) {
 }
 
 TEST_F(BetaflightSitlExchange, MotorsWithoutAStampInLockstepSayWhatIsMissing) {
-  const MonotonicClock real;  // it waits
+  const MonotonicClock real{};  // it waits
   auto other = options;
   other.motors_port = opened("udp-listen:127.0.0.1:0")->local_port();
   auto patient = Exchange::open(other, real).value();
