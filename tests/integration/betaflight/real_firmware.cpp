@@ -56,9 +56,11 @@ void type(firmware::Link& link, const std::string& line) {
 std::vector<std::string> bridge_settings(const std::string& type, int rc_rate, int super_rate, int expo) {
   std::vector<std::string> lines{"aux 0 0 0 1700 2100 0 0",
                                  "feature -RX_UDP",  // what 2026.6 comes with; others do not know it
-                                 "feature RX_MSP",          "set motor_pwm_protocol = PWM",
-                                 "set small_angle = 180",   "set runaway_takeoff_prevention = OFF",
-                                 "set failsafe_delay = 10", "set rates_type = " + type};
+                                 "feature RX_MSP", "set motor_pwm_protocol = PWM", "set small_angle = 180",
+                                 "set runaway_takeoff_prevention = OFF", "set failsafe_delay = 10",
+                                 "set rates_type = " + type,
+                                 // its own yaw gains swing up a vehicle that turns by its rotors' drag alone
+                                 "set p_yaw = 100", "set i_yaw = 30", "set iterm_relax = RPY"};
   for (const char* axis : {"roll", "pitch", "yaw"}) {
     const std::string name = axis;
     lines.push_back("set " + name + "_rc_rate = " + std::to_string(rc_rate));
@@ -70,10 +72,9 @@ std::vector<std::string> bridge_settings(const std::string& type, int rc_rate, i
 
 std::vector<std::string> racer_settings() {
   auto settings = bridge_settings("ACTUAL", 100, 100, 0);
-  settings.insert(settings.end(),
-                  {"set yaw_motors_reversed = ON", "set throttle_boost = 0", "set thrust_linear = 0",
-                   "set rc_smoothing = OFF", "set f_roll = 0", "set f_pitch = 0", "set f_yaw = 0", "set p_yaw = 100",
-                   "set i_yaw = 30", "set iterm_relax = RPY", "set serial_update_rate_hz = 1000"});
+  settings.insert(settings.end(), {"set yaw_motors_reversed = ON", "set throttle_boost = 0", "set thrust_linear = 0",
+                                   "set rc_smoothing = OFF", "set f_roll = 0", "set f_pitch = 0", "set f_yaw = 0",
+                                   "set serial_update_rate_hz = 1000"});
   if (RealFirmware::wire() == firmware::betaflight_sitl::Wire::kSince2026)
     settings.insert(settings.end(), {"feature -RX_MSP", "feature RX_UDP"});
   return settings;
