@@ -31,6 +31,7 @@ struct Arguments {
   std::string firmware_setpoints;                   ///< empty: on the bus
   px4::BusOptions px4_bus;
   double pace = Px4Options().pace;
+  double gyro_noise_rad_s = 0.0, gyro_bias_rad_s = 0.0;
   double connect_timeout_s = 10.0;
   std::string csv, picture, depth_picture, frame_folder;
   std::string log_level = "warn";

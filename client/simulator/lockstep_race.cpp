@@ -19,7 +19,7 @@ class LockstepRace {
         link_({race.options.link_delay, race.options.link_jitter, race.options.link_loss}, race.scenario.seed) {}
 
   void run() {
-    if (race_.firmware != nullptr) hold();
+    make_ready();
     if (race_.vehicle.decided()) return;
     link_.begin(race_.estimator.estimate(race_.vehicle.known()));
     last_answer_ = MonotonicClock().now();
@@ -27,12 +27,17 @@ class LockstepRace {
   }
 
  private:
-  /// Until the firmware hovers; the race's time does not run yet.
-  void hold() {
-    while (!race_.firmware->ready() && race_.firmware->well() && !race_.stop)
-      race_.firmware->stand(race_.vehicle.truth());
+  /// A firmware is armed while the vehicle is held at the start.
+  void make_ready() {
+    FlightControllerInLoop* const firmware = race_.firmware;
+    while (firmware != nullptr && !firmware->ready() && firmware->well() && !race_.stop)
+      firmware->stand(race_.vehicle.truth());
     if (race_.stop) race_.vehicle.stop(Outcome::kInterrupted);
-    if (!race_.firmware->well()) race_.vehicle.stop(Outcome::kFlightControllerLost);
+    stop_when_lost();
+  }
+
+  void stop_when_lost() {
+    if (race_.firmware != nullptr && !race_.firmware->well()) race_.vehicle.stop(Outcome::kFlightControllerLost);
   }
 
   /// One millisecond.
@@ -53,7 +58,7 @@ class LockstepRace {
     if (race_.stop) race_.vehicle.stop(Outcome::kInterrupted);
     if (race_.vehicle.decided()) return;
     race_.vehicle.advance(race_.client.play(now, estimate, Plant::kStep));
-    if (race_.firmware != nullptr && !race_.firmware->well()) race_.vehicle.stop(Outcome::kFlightControllerLost);
+    stop_when_lost();
     if (race_.on_progress && race_time >= next_progress_) {
       race_.on_progress(race_.vehicle.progress());
       next_progress_ += kProgressPeriod;

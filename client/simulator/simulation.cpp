@@ -24,9 +24,6 @@ Status check_firmware(const Options& options) {
     return validate(*options.px4);
   }
   if (!options.firmware) return {};
-  if (options.timing != Timing::kRealTime)
-    return Error{"a firmware runs by the machine's clock, expected real time with it (--realtime)", ErrorCode::kInvalid,
-                 "timing"};
   if (auto status = validate(*options.firmware); !status) return status;
   if (options.firmware->arm_limit >= options.give_up)
     return Error::invalid("arm_limit", text(seconds(options.firmware->arm_limit)) + " s",
@@ -41,7 +38,7 @@ Result<std::unique_ptr<FlightControllerInLoop>> open_firmware(const Options& opt
     if (!loop) return loop.failure();
     return std::unique_ptr<FlightControllerInLoop>(std::move(loop).value());
   };
-  if (options.firmware) return opened(FirmwareInLoop::open(*options.firmware, scenario));
+  if (options.firmware) return opened(FirmwareInLoop::open(*options.firmware, scenario, options.timing));
   if (options.px4) return opened(Px4InLoop::open(*options.px4, scenario));
   return std::unique_ptr<FlightControllerInLoop>();
 }

@@ -32,8 +32,8 @@ struct Options {
   std::chrono::milliseconds answer_timeout{2000};
   /// Wall clock without any plan after which the race is given up.
   std::chrono::milliseconds give_up{30000};
-  /// Real time: a firmware that flies the vehicle in place of the simulator's own rate loop. Its arm_limit is less than
-  /// give_up.
+  /// A firmware that flies the vehicle in place of the simulator's own rate loop. Its arm_limit is less than give_up.
+  /// Lockstep is only for one with the clock library (client/firmware/betaflight_sitl/packets.h).
   std::optional<FirmwareOptions> firmware;
   /// Lockstep: PX4 flies the vehicle in place of the simulator's own rate loop. Not together with `firmware`.
   std::optional<Px4Options> px4;

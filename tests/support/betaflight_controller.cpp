@@ -51,6 +51,13 @@ std::map<std::uint16_t, std::vector<std::uint8_t>> settings() {
   };
 }
 
+std::vector<std::uint16_t> words_of(std::span<const std::uint8_t> bytes) {
+  std::vector<std::uint16_t> words;
+  for (std::size_t i = 0; i + 1 < bytes.size(); i += 2)
+    words.push_back(static_cast<std::uint16_t>(bytes[i] | bytes[i + 1] << 8));
+  return words;
+}
+
 double rate_rad_s(int pulse_us) {
   const double x = std::clamp((pulse_us - 1500) / 500.0, -1.0, 1.0);
   return (x * kCentre_deg_s + (kEnd_deg_s - kCentre_deg_s) * std::abs(x) * x) * kDegree;
@@ -82,7 +89,7 @@ void BetaflightController::answer(Stamp now, const msp::Frame& question) {
   msp::Way way = msp::Way::kAnswer;
   switch (question.command) {
     case msp::command::kSetRawRc:
-      take_channels(now, question.payload);
+      take_channels(now, words_of(question.payload));
       break;
     case msp::command::kSetMotor:
       for (std::size_t i = 0; i < motors_us.size() && 2 * i + 1 < question.payload.size() && !loop_.armed(); ++i)
@@ -127,15 +134,13 @@ void BetaflightController::answer(Stamp now, const msp::Frame& question) {
   (void)link_->send(msp::encode({way, question.version, question.command, payload}, buffer));
 }
 
-void BetaflightController::take_channels(Stamp now, std::span<const std::uint8_t> payload) {
-  std::vector<std::uint16_t> sent;
-  for (std::size_t i = 0; i + 1 < payload.size(); i += 2)
-    sent.push_back(static_cast<std::uint16_t>(payload[i] | payload[i + 1] << 8));
+void BetaflightController::take_channels(Stamp now, std::span<const std::uint16_t> channels) {
   if (radio_us) {
-    if (sent.size() >= override_us_.size()) std::copy_n(sent.begin(), override_us_.size(), override_us_.begin());
+    if (channels.size() >= override_us_.size())
+      std::copy_n(channels.begin(), override_us_.size(), override_us_.begin());
     return;
   }
-  channels_ = std::move(sent);
+  channels_.assign(channels.begin(), channels.end());
   if (channels_.size() <= kArmChannel) return;
   ++channel_sets_;
   follow_channels(now);

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "client/firmware/link/link.h"
@@ -23,6 +24,8 @@ class BetaflightController {
 
   /// Takes up what was sent, at most `commands` of it, and answers.
   void serve(Stamp now, int commands = 100);
+  /// As they come over MSP, or another way.
+  void take_channels(Stamp now, std::span<const std::uint16_t> channels);
   RateController& loop() { return loop_; }
 
   /// Answers that never change, whole payloads by command: what a test bends.
@@ -45,7 +48,6 @@ class BetaflightController {
 
  private:
   void answer(Stamp now, const firmware::msp::Frame& question);
-  void take_channels(Stamp now, std::span<const std::uint8_t> payload);
   void hear_radio(Stamp now);
   void follow_channels(Stamp now);
   std::vector<std::uint8_t> status(Stamp now) const;

@@ -34,9 +34,12 @@ struct Settings {
 /// version that is not known; kInvalid with field "link" when an answer can't be understood.
 Result<Settings> read_settings(msp::Connection& connection, std::chrono::nanoseconds timeout);
 
+/// Whether it hears channels over UDP, built for the target SITL: since 4.5.
+bool hears_udp(const msp::FirmwareVersion& version) noexcept;
+
 /// Says what of the settings does not go with the options, one after the other: field is the firmware's own name of the
 /// setting, the sentence says what to set. In order:
-///   features      RX_MSP is on (Receiver::kBridge), 3D is off
+///   features      RX_MSP is on (Receiver::kBridge), or RX_UDP (kUdp, since 2026); 3D is off
 ///   mid_rc        1500, so that sticks reach both ends within valid pulses
 ///   aux           the mode ARM is on the channel and pulse of the options, and off at 1000; MSP OVERRIDE exists
 ///                 (Receiver::kOverride); no mode that flies another way is on with the channels that are sent

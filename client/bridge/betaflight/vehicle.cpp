@@ -85,6 +85,7 @@ void BetaflightVehicle::step(Stamp now, const Channels::Pulses& pulses) noexcept
 }
 
 bool BetaflightVehicle::send_channels(const Channels::Pulses& pulses) noexcept {
+  if (sink_ != nullptr) return sink_->send(pulses);
   const auto bytes = msp::raw_rc(pulses);
   return connection_->send(msp::command::kSetRawRc, std::span(bytes).first(2 * channel_count_));
 }
@@ -143,7 +144,7 @@ void BetaflightVehicle::on_status(Stamp now, const msp::Status& status) noexcept
   status_->armed = mode(msp::kModeArm);
   status_->own_failsafe = mode(msp::kModeFailsafe);
   status_->follows_us =
-      options_.receiver == Options::Receiver::kBridge ? !status_->own_failsafe : mode(msp::kModeMspOverride);
+      options_.receiver == Options::Receiver::kOverride ? mode(msp::kModeMspOverride) : !status_->own_failsafe;
   status_->pilot = pilot_switches();
   status_->pilot_stamp = radio_at_;
   status_->failsafe = failsafe_;
@@ -168,7 +169,7 @@ bool BetaflightVehicle::mode(std::uint8_t permanent) const noexcept {
 }
 
 std::optional<flight::PilotSwitches> BetaflightVehicle::pilot_switches() const noexcept {
-  if (options_.receiver == Options::Receiver::kBridge || !radio_) return std::nullopt;
+  if (options_.receiver != Options::Receiver::kOverride || !radio_) return std::nullopt;
   flight::PilotSwitches switches;
   switches.take_over = !mode(msp::kModeMspOverride);
   switches.kill = options_.kill && on(*options_.kill, *radio_);
@@ -186,8 +187,8 @@ std::vector<std::string> BetaflightVehicle::description() const {
           text(version.patch),
       std::string("rates ") + name(settings_.tuning.type) + ", failsafe after " + fixed(settings_.failsafe.delay_s, 1) +
           " s, " +
-          (options_.receiver == Options::Receiver::kBridge ? "the bridge is the receiver"
-                                                           : "a radio's MSP OVERRIDE gives the sticks")};
+          (options_.receiver == Options::Receiver::kOverride ? "a radio's MSP OVERRIDE gives the sticks"
+                                                             : "the bridge is the receiver")};
   return lines;
 }
 
