@@ -258,7 +258,7 @@ PX4 = (
     px4_vehicle_status_v0, px4_vehicle_status_v1, px4_vehicle_status_v4, px4_vehicle_land_detected, px4_sensor_combined,
     px4_timesync_status, px4_manual_control_setpoint, px4_input_rc_plain, px4_input_rc_with_frame_rate,
     px4_battery_status_filtered, px4_battery_status_v0, px4_battery_status_v1,
-)  # fmt: skip
+)
 
 
 def main():

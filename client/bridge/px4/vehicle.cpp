@@ -39,7 +39,7 @@ Status Px4Vehicle::connect(const std::atomic<bool>* cancel) {
   if (!report().status) {
     std::string sentence;
     for (const std::string& each : complaints()) sentence += (sentence.empty() ? "" : "; ") + each;
-    return Error(sentence, ErrorCode::kNoAnswer, "release");
+    return Error(sentence, ErrorCode::kNoAnswer, "domain");
   }
   const Stamp heard = now();
   while (report().states == 0 && !cancelled() && now() - heard < kSettleTimeout) keep_alive(20ms);
