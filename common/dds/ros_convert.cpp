@@ -72,7 +72,7 @@ void header_to_wire(const ros::Image& in, sensor_msgs::msg::dds_::Image_* out) {
 }
 
 Status from_wire(nav_msgs::msg::dds_::Odometry_* in, ros::Odometry* out) {
-  const Status header = take(in->header(), &out->pose.header);
+  Status header = take(in->header(), &out->pose.header);
   out->child_frame_id = in->child_frame_id();
   take(in->pose().pose(), &out->pose);
   out->linear = vector(in->twist().twist().linear());
@@ -84,7 +84,7 @@ Status from_wire(nav_msgs::msg::dds_::Odometry_* in, ros::Odometry* out) {
 }
 
 Status from_wire(geometry_msgs::msg::dds_::PoseStamped_* in, ros::PoseStamped* out) {
-  const Status header = take(in->header(), &out->header);
+  Status header = take(in->header(), &out->header);
   take(in->pose(), out);
   if (!header) return header;
   if (Status status = ros::validate(*out); !status) return status;
@@ -93,7 +93,7 @@ Status from_wire(geometry_msgs::msg::dds_::PoseStamped_* in, ros::PoseStamped* o
 }
 
 Status from_wire(sensor_msgs::msg::dds_::Image_* in, ros::Image* out) {
-  const Status header = take(in->header(), &out->header);
+  Status header = take(in->header(), &out->header);
   out->width = in->width();
   out->height = in->height();
   out->step_bytes = in->step();
