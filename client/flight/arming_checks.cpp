@@ -25,11 +25,20 @@ bool still(const QuadrotorState& state) noexcept {
 constexpr std::array<std::string_view, kChecks> kNames{
     "controller_heard", "pilot_heard", "arm_switch_off", "not_taken_over", "firmware_failsafe",
     "battery",          "state_fresh", "still",          "inside_fence",   "server_answers",
-    "round_trip",       "field_seen",  "server_content", "flight_wanted"};
+    "round_trip",       "field_seen",  "server_content", "flight_wanted",  "attitudes_agree"};
 
 std::string told(Stamp span) { return text(seconds(span)) + " s"; }
 
 }  // namespace
+
+std::optional<double> tilt_apart_rad(const Observation& observation) noexcept {
+  if (!observation.state || !observation.controller || !observation.controller->q_WB) return std::nullopt;
+  const auto up_B = [](const PlainQuaternion& q_WB) -> Eigen::Vector3d {
+    return q_WB.normalized().conjugate() * Eigen::Vector3d::UnitZ();
+  };
+  const double cosine = up_B(observation.state->state.q_WB).dot(up_B(*observation.controller->q_WB));
+  return std::acos(std::clamp(cosine, -1.0, 1.0));
+}
 
 Checks failing(const Observation& observation, const CheckMemory& memory, const SupervisorOptions& options) noexcept {
   Checks failed = 0;
@@ -56,6 +65,7 @@ Checks failing(const Observation& observation, const CheckMemory& memory, const 
   need(Check::kFieldSeen, observation.field_seen || !options.needs_field);
   need(Check::kServerContent, (observation.problems & keeps_on_the_ground(options)) == 0);
   need(Check::kFlightWanted, !(observation.race_over || observation.stop_asked));
+  need(Check::kAttitudesAgree, memory.attitudes_agree);
   return failed;
 }
 
@@ -126,6 +136,14 @@ Error explain(Check check, const Observation& observation, const SupervisorOptio
     }
     case Check::kFlightWanted:
       return error("over, or asked to stop", "a flight that has not ended: start the program again");
+    case Check::kAttitudesAgree: {
+      const auto apart_rad = tilt_apart_rad(observation);
+      return error((apart_rad ? text(*apart_rad) : "an unknown angle") + " rad apart now, and was too much before",
+                   "states whose roll and pitch are the flight controller's within tilt_apart_rad (" +
+                       text(options.tilt_apart_rad) +
+                       " rad): check the source's axes and how its body was defined, calibrate the flight "
+                       "controller's accelerometer, then start again");
+    }
   }
   return error("", "");
 }

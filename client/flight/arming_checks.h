@@ -40,8 +40,9 @@ enum class Check : std::uint8_t {
   kFieldSeen,         ///< and by a gate that was seen
   kServerContent,     ///< the server finds nothing wrong that would be flown by
   kFlightWanted,      ///< nobody wants it down already
+  kAttitudesAgree,    ///< the states' roll and pitch are the flight controller's own
 };
-inline constexpr int kChecks = 14;
+inline constexpr int kChecks = 15;
 using Checks = std::uint32_t;  ///< a set of them: bit by number
 constexpr Checks bit(Check check) noexcept { return Checks{1} << static_cast<unsigned>(check); }
 
@@ -62,7 +63,13 @@ constexpr protocol::Problems keeps_on_the_ground(const SupervisorOptions& option
 /// What the supervisor remembers that checks need.
 struct CheckMemory {
   bool controller_fresh = false, pilot_fresh = false, switch_was_off = false, state_settled = false;
+  bool attitudes_agree = true;
 };
+
+/// How far the state and the flight controller's own attitude are apart in roll and pitch: the angle between the
+/// directions that each takes for up, in the body's axes. The heading, which may count from anywhere, is left out.
+/// Empty: one of the two is not known.
+std::optional<double> tilt_apart_rad(const Observation& observation) noexcept;
 
 /// Those that fail.
 Checks failing(const Observation& observation, const CheckMemory& memory, const SupervisorOptions& options) noexcept;

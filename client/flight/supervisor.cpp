@@ -16,6 +16,7 @@ using namespace std::chrono_literals;
 constexpr Stamp kBriefly = 100ms;   // one odd word of the controller decides nothing
 constexpr Stamp kArmedFor = 300ms;  // the switch has said since that it is off, or there is none
 constexpr Stamp kSlowFor = 200ms;
+constexpr Stamp kApartFor = 500ms;  // what one says late, while the vehicle is carried about, is less
 constexpr Stamp kRestsFor = 1s;
 constexpr Stamp kRestsHighUpFor = 3s;    // the law asks for half the weight by then
 constexpr double kLevelTilt_cos = 0.94;  // 20 deg
@@ -79,6 +80,11 @@ void Supervisor::listen(Stamp now, const Observation& observation) noexcept {
   free_.update(now, controller_ && controller_->armed && controller_->follows_us && !controller_->own_failsafe &&
                         !(pilot.take_over || pilot.kill) && (piloted || !options_.needs_pilot) &&
                         (options_.arm_by != ArmBy::kSwitch || pilot.arm));
+
+  const auto apart_rad = tilt_apart_rad(observation);
+  tilts_apart_.update(now,
+                      !flying() && state_.fresh() && controller_ && apart_rad && *apart_rad > options_.tilt_apart_rad);
+  if (tilts_apart_.for_at_least(now, kApartFor)) attitudes_agree_ = false;
 
   const bool known = state_.fresh();
   const double speed_m_s = known ? state_.newest()->state.v_WB.norm() : 0.0;
@@ -182,7 +188,8 @@ Checks Supervisor::failing_checks(Stamp now, const Observation& observation) con
   const CheckMemory memory{.controller_fresh = controller_.has_value(),
                            .pilot_fresh = controller_ && controller_->pilot,
                            .switch_was_off = switch_was_off_ || arming,
-                           .state_settled = state_.settled(now, options_.state_settles)};
+                           .state_settled = state_.settled(now, options_.state_settles),
+                           .attitudes_agree = attitudes_agree_};
   // Rotors that start shake the vehicle.
   const bool starting = arming || (is(Phase::kReady) && armed_at_);
   return failing(observation, memory, options_) & ~(starting ? bit(Check::kStill) : 0);

@@ -82,11 +82,12 @@ class Supervisor {
 
   // What was heard, and for how long.
   std::optional<ControllerStatus> controller_;  // while it is fresh
-  Held not_following_, motors_off_, controller_silent_, pilot_silent_, battery_low_, contradicting_, agreeing_,
-      planned_, slow_, resting_, armed_unasked_, on_ground_, free_;
+  Held tilts_apart_, not_following_, motors_off_, controller_silent_, pilot_silent_, battery_low_, contradicting_,
+      agreeing_, planned_, slow_, resting_, armed_unasked_, on_ground_, free_;
   std::optional<Stamp> armed_at_;  // the controller's first word of it
   bool switch_was_off_ = false;    // since the last arming
   bool armed_itself_ = false;      // ArmBy::kItself does so once
+  bool attitudes_agree_ = true;    // on the ground; once they did not, never again
   bool was_yielded_ = false;       // in kYielded: somebody did fly
   Stamp level_for_{0};             // how long kLevelDescent lasts
   std::optional<double> ground_z_m_;

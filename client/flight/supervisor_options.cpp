@@ -39,6 +39,7 @@ Status validate(const SupervisorOptions& options) {
                                        Range{"descent_m_s", " m/s", options.descent_m_s, 0.1, 2},
                                        Range{"level_thrust", "", options.level_thrust, 0.7, 0.98},
                                        Range{"gate_margin_m", " m", options.gate_margin_m, 0, 3},
+                                       Range{"tilt_apart_rad", " rad", options.tilt_apart_rad, 0.05, 3.2},
                                        Range{"battery_arm_v", " V", options.battery_arm_v, 0, 100},
                                        Range{"battery_land_v", " V", options.battery_land_v, 0, 100}})
     if (!(range.value >= range.low && range.value <= range.high))

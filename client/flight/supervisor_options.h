@@ -68,6 +68,10 @@ struct SupervisorOptions {
   Stamp disarm_limit = std::chrono::seconds(3);
   Stamp give_back = std::chrono::milliseconds(300);  ///< switches rest for so long before the vehicle is taken
 
+  /// Roll and pitch of the states and of the flight controller farther apart than this for half a second on the ground:
+  /// one of them is wrong, and it does not arm any more. More than pi: not watched.
+  double tilt_apart_rad = 0.26;
+
   double gate_margin_m = 0.4;  ///< kept from gates beyond the vehicle's radius: how well their places are known
 };
 

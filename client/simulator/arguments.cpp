@@ -38,7 +38,9 @@ void declare(CLI::App* app, Arguments* a) {
       "  gatefield-sim --scenario circle-yaw30 --realtime                        at the speed of the real world\n"
       "  gatefield-sim --actuation body-rates --setpoint-delay-ms 20             through a flight controller's rate "
       "loop\n"
-      "  gatefield-sim --realtime --flight-controller betaflight                 through a real firmware\n"
+      "  gatefield-sim --vehicle racer-betaflight --flight-controller betaflight through a real firmware\n"
+      "  gatefield-sim --flight-controller px4 --pace 0.5                        through PX4, at half the world's "
+      "speed\n"
       "  gatefield-sim --course my/course.txt --vehicle my/drone.txt             files of your own "
       "(docs/courses-and-vehicles.md)\n"
       "\nExit code\n"
@@ -117,11 +119,38 @@ void declare(CLI::App* app, Arguments* a) {
       ->group("Time");
 
   auto* controller = app->add_option("--flight-controller", a->flight_controller,
-                                     "Real time: the firmware that flies the vehicle, running on this machine or "
-                                     "another (betaflight, of its target SITL)");
-  controller->check(CLI::IsMember({"betaflight"}))->group("Firmware");
-  app->add_option("--firmware-address", a->firmware_address, "Where it serves MSP")
+                                     "The firmware that flies the vehicle: betaflight (of its target SITL; in "
+                                     "lockstep with the clock library) or px4 (its SITL, in lockstep)");
+  controller->check(CLI::IsMember({"betaflight", "px4"}))->group("Firmware");
+  app->add_option("--firmware-address", a->firmware_address,
+                  "Where it is: betaflight's MSP (default: " + FirmwareOptions().address +
+                      "); where px4 connects to for its sensors (default: " + Px4Options().hil.address + ")")
+      ->needs(controller)
+      ->group("Firmware");
+  app->add_option("--firmware-setpoints", a->firmware_setpoints,
+                  "px4: a link on which it speaks MAVLink and takes setpoints, udp-listen:127.0.0.1:14540 (default: on "
+                  "the bus, through its uXRCE-DDS agent)")
+      ->needs(controller)
+      ->group("Firmware");
+  app->add_option("--px4-domain", a->px4_bus.domain, "px4: DDS domain of its agent")
+      ->check(CLI::Range(0, 232))
       ->capture_default_str()
+      ->needs(controller)
+      ->group("Firmware");
+  app->add_option("--px4-release", a->px4_bus.release, "px4: its release, which decides topics and layouts: 1.15, ...")
+      ->transform(CLI::CheckedTransformer(px4::release_names()))
+      ->needs(controller)
+      ->group("Firmware");
+  app->add_option("--pace", a->pace, "px4: seconds of simulation in a second at most; on a busy machine less than 1")
+      ->check(CLI::Range(0.01, 20.0))
+      ->capture_default_str()
+      ->needs(controller)
+      ->group("Firmware");
+
+  app->add_option("--gyro-noise", a->gyro_noise_rad_s, "betaflight: noise of each sample of its gyro, rad/s")
+      ->needs(controller)
+      ->group("Firmware");
+  app->add_option("--gyro-bias", a->gyro_bias_rad_s, "betaflight: bias of its gyro, drawn once a flight, rad/s")
       ->needs(controller)
       ->group("Firmware");
 
@@ -191,7 +220,16 @@ Options race_options(const Arguments& a) {
   options.link_loss = a.loss;
   options.state_rate_hz = a.state_rate_hz;
   options.depth_in_counts = !a.depth_metres;
-  if (!a.flight_controller.empty()) options.firmware.emplace().address = a.firmware_address;
+  if (a.flight_controller == "betaflight") {
+    FirmwareOptions& firmware = options.firmware.emplace();
+    if (!a.firmware_address.empty()) firmware.address = a.firmware_address;
+    firmware.gyro = {a.gyro_noise_rad_s, a.gyro_bias_rad_s};
+  } else if (a.flight_controller == "px4") {
+    options.px4.emplace().pace = a.pace;
+    options.px4->setpoints = a.px4_bus;
+    if (!a.firmware_setpoints.empty()) options.px4->setpoints = a.firmware_setpoints;
+    if (!a.firmware_address.empty()) options.px4->hil.address = a.firmware_address;
+  }
   return options;
 }
 

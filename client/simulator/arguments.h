@@ -27,7 +27,11 @@ struct Arguments {
   bool lockstep = false, real_time = false, depth_metres = false, quiet = false;
   double delay_ms = 0.0, jitter_ms = 0.0, loss = 0.0;
   double state_rate_hz = 200.0;
-  std::string flight_controller, firmware_address = FirmwareOptions().address;
+  std::string flight_controller, firmware_address;  ///< an empty address: the firmware's usual one
+  std::string firmware_setpoints;                   ///< empty: on the bus
+  px4::BusOptions px4_bus;
+  double pace = Px4Options().pace;
+  double gyro_noise_rad_s = 0.0, gyro_bias_rad_s = 0.0;
   double connect_timeout_s = 10.0;
   std::string csv, picture, depth_picture, frame_folder;
   std::string log_level = "warn";

@@ -14,7 +14,7 @@ Result<Drive> Drive::create(const config::Scenario& scenario) {
   return Drive(mismatch.thrust_factor, Controller{RateLoop(told, *gains), std::vector<Asked>(steps + 1, hover)});
 }
 
-Drive Drive::through(FirmwareInLoop* firmware, const config::Scenario& scenario) noexcept {
+Drive Drive::through(FlightControllerInLoop* firmware, const config::Scenario& scenario) noexcept {
   Drive drive(scenario.mismatch.thrust_factor, std::nullopt);
   drive.firmware_ = firmware;
   return drive;

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "client/simulator/firmware_in_loop.h"
+#include "client/simulator/flight_controller_in_loop.h"
 #include "client/simulator/plant.h"
 #include "client/simulator/rate_loop.h"
 #include "common/base/result.h"
@@ -24,7 +24,7 @@ class Drive {
   static Result<Drive> create(const config::Scenario& scenario);
   /// Through a firmware, which outlives this and is ready() before step(). The scenario's factor of thrust acts on what
   /// its motors give.
-  static Drive through(FirmwareInLoop* firmware, const config::Scenario& scenario) noexcept;
+  static Drive through(FlightControllerInLoop* firmware, const config::Scenario& scenario) noexcept;
 
   /// Advances the plant by a step under the setpoint.
   void step(const sdk::Setpoint& setpoint, Plant* plant) noexcept;
@@ -48,7 +48,7 @@ class Drive {
 
   double thrust_factor_;
   std::optional<Controller> controller_;
-  FirmwareInLoop* firmware_ = nullptr;
+  FlightControllerInLoop* firmware_ = nullptr;
 };
 
 }  // namespace gatefield::simulator

@@ -19,12 +19,27 @@ class LockstepRace {
         link_({race.options.link_delay, race.options.link_jitter, race.options.link_loss}, race.scenario.seed) {}
 
   void run() {
+    make_ready();
+    if (race_.vehicle.decided()) return;
     link_.begin(race_.estimator.estimate(race_.vehicle.known()));
     last_answer_ = MonotonicClock().now();
     while (!race_.vehicle.decided()) step();
   }
 
  private:
+  /// A firmware is armed while the vehicle is held at the start.
+  void make_ready() {
+    FlightControllerInLoop* const firmware = race_.firmware;
+    while (firmware != nullptr && !firmware->ready() && firmware->well() && !race_.stop)
+      firmware->stand(race_.vehicle.truth());
+    if (race_.stop) race_.vehicle.stop(Outcome::kInterrupted);
+    stop_when_lost();
+  }
+
+  void stop_when_lost() {
+    if (race_.firmware != nullptr && !race_.firmware->well()) race_.vehicle.stop(Outcome::kFlightControllerLost);
+  }
+
   /// One millisecond.
   void step() {
     const Stamp race_time = race_.vehicle.race_time();
@@ -43,6 +58,7 @@ class LockstepRace {
     if (race_.stop) race_.vehicle.stop(Outcome::kInterrupted);
     if (race_.vehicle.decided()) return;
     race_.vehicle.advance(race_.client.play(now, estimate, Plant::kStep));
+    stop_when_lost();
     if (race_.on_progress && race_time >= next_progress_) {
       race_.on_progress(race_.vehicle.progress());
       next_progress_ += kProgressPeriod;

@@ -4,7 +4,7 @@
 
 #include "client/simulator/depth_sensor.h"
 #include "client/simulator/estimator.h"
-#include "client/simulator/firmware_in_loop.h"
+#include "client/simulator/flight_controller_in_loop.h"
 #include "client/simulator/judged_vehicle.h"
 #include "client/simulator/problem_list.h"
 #include "client/simulator/simulation.h"
@@ -24,7 +24,7 @@ struct RaceParts {
   Estimator& estimator;
   SnapshotKeeper& snapshots;
   ProblemList& problems;
-  FirmwareInLoop* firmware;  ///< null: none flies the vehicle
+  FlightControllerInLoop* firmware;  ///< null: none flies the vehicle
 
   Stamp frame_period() const noexcept { return from_seconds(1.0 / scenario.vehicle.camera.rate_hz); }
 };

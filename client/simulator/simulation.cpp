@@ -13,6 +13,38 @@ namespace gatefield::simulator {
 
 using protocol::Timing;
 
+namespace {
+
+Status check_firmware(const Options& options) {
+  if (options.firmware && options.px4)
+    return Error{"two firmwares would fly one vehicle, expected Betaflight or PX4", ErrorCode::kInvalid, "px4"};
+  if (options.px4) {
+    if (options.timing != Timing::kLockstep)
+      return Error{"PX4 runs by the simulation's clock, expected lockstep with it", ErrorCode::kInvalid, "timing"};
+    return validate(*options.px4);
+  }
+  if (!options.firmware) return {};
+  if (auto status = validate(*options.firmware); !status) return status;
+  if (options.firmware->arm_limit >= options.give_up)
+    return Error::invalid("arm_limit", text(seconds(options.firmware->arm_limit)) + " s",
+                          "less than give_up, " + text(seconds(options.give_up)) + " s");
+  return {};
+}
+
+/// Null: none flies the vehicle.
+Result<std::unique_ptr<FlightControllerInLoop>> open_firmware(const Options& options,
+                                                              const config::Scenario& scenario) {
+  const auto opened = [](auto loop) -> Result<std::unique_ptr<FlightControllerInLoop>> {
+    if (!loop) return loop.failure();
+    return std::unique_ptr<FlightControllerInLoop>(std::move(loop).value());
+  };
+  if (options.firmware) return opened(FirmwareInLoop::open(*options.firmware, scenario, options.timing));
+  if (options.px4) return opened(Px4InLoop::open(*options.px4, scenario));
+  return std::unique_ptr<FlightControllerInLoop>();
+}
+
+}  // namespace
+
 Status validate(const Options& options) {
   for (const auto& [field, value] :
        {std::pair("link_delay", options.link_delay), std::pair("link_jitter", options.link_jitter)})
@@ -26,15 +58,7 @@ Status validate(const Options& options) {
                  ErrorCode::kInvalid, "timing"};
   if (!(options.state_rate_hz >= 10 && options.state_rate_hz <= 1000))
     return Error::invalid("state_rate_hz", text(options.state_rate_hz) + " Hz", "10 to 1000 Hz");
-  if (!options.firmware) return {};
-  if (options.timing != Timing::kRealTime)
-    return Error{"a firmware runs by the machine's clock, expected real time with it (--realtime)", ErrorCode::kInvalid,
-                 "timing"};
-  if (auto status = validate(*options.firmware); !status) return status;
-  if (options.firmware->arm_limit >= options.give_up)
-    return Error::invalid("arm_limit", text(seconds(options.firmware->arm_limit)) + " s",
-                          "less than give_up, " + text(seconds(options.give_up)) + " s");
-  return {};
+  return check_firmware(options);
 }
 
 sdk::Options session_options(const config::Scenario& scenario, protocol::Timing timing) {
@@ -61,17 +85,14 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
                    const std::atomic<bool>& stop, const ProgressFunction& on_progress,
                    const ProblemFunction& on_problem) {
   if (auto status = validate(options); !status) return status.failure();
-  std::unique_ptr<FirmwareInLoop> firmware;
-  if (options.firmware) {
-    auto opened = FirmwareInLoop::open(*options.firmware, scenario);
-    if (!opened) return opened.failure();
-    firmware = std::move(opened).value();
-  }
+  const auto opened = open_firmware(options, scenario);
+  if (!opened) return opened.failure();
+  FlightControllerInLoop* const firmware = opened->get();
   const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
   auto plant = Plant::create(world, config::true_quadrotor(scenario.vehicle.quadrotor, scenario.mismatch),
                              scenario.mismatch.wind_W_m_s);
   if (!plant) return plant.failure();
-  auto drive = firmware ? Result<Drive>(Drive::through(firmware.get(), scenario)) : Drive::create(scenario);
+  auto drive = firmware ? Result<Drive>(Drive::through(firmware, scenario)) : Drive::create(scenario);
   if (!drive) return drive.failure();
 
   JudgedVehicle vehicle(scenario, world, std::move(plant).value(), std::move(drive).value());
@@ -79,8 +100,8 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   Estimator estimator(scenario.state_noise, scenario.seed);
   SnapshotKeeper snapshots(config::gates_by_waypoint(world, scenario.track.course), scenario.vehicle.camera);
   ProblemList problems(client, on_problem);
-  const RaceParts race{scenario, options,   *client,   stop,     on_progress,   vehicle,
-                       sensor,   estimator, snapshots, problems, firmware.get()};
+  const RaceParts race{scenario, options,   *client,   stop,     on_progress, vehicle,
+                       sensor,   estimator, snapshots, problems, firmware};
   Report report;
   report.timing = options.timing;
   report.control_period_s = seconds(std::max(Plant::kStep, from_seconds(client->session().control_period_s)));
@@ -89,12 +110,12 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
     run_lockstep(race, &report);
   } else {
     run_real_time(race, &report);
-    if (firmware && !firmware->ready() && !firmware->well()) return firmware->failure();
   }
+  if (firmware != nullptr && !firmware->ready() && !firmware->well()) return firmware->failure();
   problems.listen(seconds(vehicle.race_time()));
   report.wall_s = seconds(MonotonicClock().now() - begin);
   vehicle.fill(&report);
-  if (firmware) report.firmware = firmware->name();
+  if (firmware != nullptr) report.firmware = firmware->name();
   if (report.outcome == Outcome::kFlightControllerLost) report.sentence += "; " + firmware->failure().message;
   report.link = client->statistics();
   report.snapshot = snapshots.take();

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "client/simulator/firmware_in_loop.h"
+#include "client/simulator/px4_in_loop.h"
 #include "client/simulator/run_log.h"
 #include "common/base/result.h"
 #include "common/config/scenario.h"
@@ -31,9 +32,11 @@ struct Options {
   std::chrono::milliseconds answer_timeout{2000};
   /// Wall clock without any plan after which the race is given up.
   std::chrono::milliseconds give_up{30000};
-  /// Real time: a firmware that flies the vehicle in place of the simulator's own rate loop. Its arm_limit is less than
-  /// give_up.
+  /// A firmware that flies the vehicle in place of the simulator's own rate loop. Its arm_limit is less than give_up.
+  /// Lockstep is only for one with the clock library (client/firmware/betaflight_sitl/packets.h).
   std::optional<FirmwareOptions> firmware;
+  /// Lockstep: PX4 flies the vehicle in place of the simulator's own rate loop. Not together with `firmware`.
+  std::optional<Px4Options> px4;
 };
 
 /// How the race stands, for a progress line.
@@ -63,7 +66,8 @@ Status validate(const Options& options);
 /// plant. The vehicle is held at the start until the first plan arrives; then the race's clock starts.
 ///
 /// With a firmware it is found and armed first, while the vehicle is held; the first state is sent when it hovers. When
-/// it stops flying in mid-race, the race ends as kFlightControllerLost, and the report says why.
+/// it stops flying in mid-race, the race ends as kFlightControllerLost, and the report says why. PX4's time is the
+/// race's, but setpoints reach it over links of the real world: such a race is not the same bit for bit every time.
 ///
 /// @param stop  becomes true when a person ends the race; it then ends within 0.3 s as kInterrupted.
 /// @param on_progress  may be empty; about ten times a second, never on the plant's thread in real time.
@@ -71,7 +75,7 @@ Status validate(const Options& options);
 ///                     that tells it, in real time within 0.1 s), on the thread that on_progress is called on, or after
 ///                     the race on the calling one.
 /// Errors: a world that the physics refuses; a firmware that is not there, does not fit the vehicle (those of
-/// FirmwareInLoop::open()) or does not arm. A lost race is not an error.
+/// FirmwareInLoop::open() and Px4InLoop::open()) or does not arm. A lost race is not an error.
 /// Thread-safe: yes, for different clients.
 Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk::Client* client,
                    const std::atomic<bool>& stop, const ProgressFunction& on_progress = {},

@@ -5,7 +5,7 @@ Written by hand from the rules of CDR (OMG CORBA 3.3, 9.3: align each primitive 
 4 bytes of encapsulation; strings with length and final zero; sequences with length), so that it knows nothing of the
 code it checks. session_request_version_1.hex is what this made while the protocol's version was 1; it stays as it is.
 Those that begin with px4_ are PX4's, by the layouts of its releases (px4_msgs, branches release/1.15 to release/1.18).
-Run it again only when idl/gatefield.idl changes and PROTOCOL_VERSION is raised, or for a new release of PX4:  tests/conformance/golden.py tests/data/wire
+Run it again only when idl/gatefield.idl or idl/ros.idl changes and PROTOCOL_VERSION is raised, or for a new release of PX4:  tests/conformance/golden.py tests/data/wire
 """
 
 import pathlib
@@ -115,6 +115,29 @@ def telemetry():
     c = health(Cdr().text("drone").u64(SESSION).i64(99_000_000_001))
     c.u64(1001, 2, 303, 4, 5, 996, 6).f64(0.00375, 1.0625, 0.03125, 0.046875, 0.0625).u8(1)
     return c.text("q_WB").text("of norm 2").text("norm 1").text("q_WB has norm 2, expected 1").text("avx2")
+
+
+# Messages of ROS 2: tests/conformance/ros_golden_test.cpp has the same values.
+def ros_header(c):
+    return c.put("i", 1_700_000_000).u32(250_000_000).text("map")
+
+
+def ros_pose(c):
+    return c.f64(1.5, -2.5, 0.25).f64(0.5, -0.5, 0.5, 0.5)
+
+
+def ros_pose_stamped():
+    return ros_pose(ros_header(Cdr()))
+
+
+def ros_odometry():
+    c = ros_pose(ros_header(Cdr()).text("base_link")).f64(*[0.0] * 36)
+    return c.f64(3.0, 0.125, -1.0).f64(0.25, -0.75, 2.0).f64(*[0.0] * 36)
+
+
+def ros_image():
+    c = ros_header(Cdr()).u32(2, 3).text("16UC1").u8(0).u32(8)
+    return c.u32(16).u8(*(i * 5 for i in range(16)))
 
 
 # ---- PX4's messages -----------------------------------------------------------------------------------------------
@@ -240,7 +263,8 @@ PX4 = (
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    for make in (session_request, session_reply, vehicle_state, depth_frame, thrust_rate_command, telemetry, *PX4):
+    for make in (session_request, session_reply, vehicle_state, depth_frame, thrust_rate_command, telemetry,
+                 ros_pose_stamped, ros_odometry, ros_image, *PX4):
         text = make().bytes().hex()
         lines = [text[i : i + 64] for i in range(0, len(text), 64)]
         (folder / (make.__name__ + ".hex")).write_text("\n".join(lines) + "\n")

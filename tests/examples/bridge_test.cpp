@@ -23,5 +23,16 @@ TEST(FlightControllersPage, TheConfigurationsLoad) {
   EXPECT_EQ(std::get<MavlinkConfig>(config->firmware).radio.kill, 7);
 }
 
+TEST(BetaflightRacerPage, TheConfigurationLoads) {
+  const auto folder = std::filesystem::temp_directory_path() / ("gatefield-racer-page-" + std::to_string(getpid()));
+  test::write_files(test::shown_files(std::filesystem::path(GATEFIELD_SOURCE_DIR) / "docs/betaflight-racer.md"),
+                    folder);
+  const auto config = load_config(folder / "my/racer.txt", Firmware::kBetaflight);
+  std::filesystem::remove_all(folder);
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->sources.states->pose, "/mocap/racer/pose");
+  EXPECT_EQ(std::get<betaflight::Options>(config->firmware).receiver, betaflight::Options::Receiver::kOverride);
+}
+
 }  // namespace
 }  // namespace gatefield::bridge

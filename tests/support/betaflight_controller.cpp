@@ -51,6 +51,13 @@ std::map<std::uint16_t, std::vector<std::uint8_t>> settings() {
   };
 }
 
+std::vector<std::uint16_t> words_of(std::span<const std::uint8_t> bytes) {
+  std::vector<std::uint16_t> words;
+  for (std::size_t i = 0; i + 1 < bytes.size(); i += 2)
+    words.push_back(static_cast<std::uint16_t>(bytes[i] | bytes[i + 1] << 8));
+  return words;
+}
+
 double rate_rad_s(int pulse_us) {
   const double x = std::clamp((pulse_us - 1500) / 500.0, -1.0, 1.0);
   return (x * kCentre_deg_s + (kEnd_deg_s - kCentre_deg_s) * std::abs(x) * x) * kDegree;
@@ -62,6 +69,7 @@ BetaflightController::BetaflightController(std::unique_ptr<firmware::Link> link,
     : answers(settings()), link_(std::move(link)), loop_(options) {}
 
 void BetaflightController::serve(Stamp now, int commands) {
+  if (radio_us) hear_radio(now);
   for (int taken = 0; taken < commands;) {
     const auto question = reader_.next();
     if (question) {
@@ -81,7 +89,11 @@ void BetaflightController::answer(Stamp now, const msp::Frame& question) {
   msp::Way way = msp::Way::kAnswer;
   switch (question.command) {
     case msp::command::kSetRawRc:
-      take_channels(now, question.payload);
+      take_channels(now, words_of(question.payload));
+      break;
+    case msp::command::kSetMotor:
+      for (std::size_t i = 0; i < motors_us.size() && 2 * i + 1 < question.payload.size() && !loop_.armed(); ++i)
+        motors_us[i] = static_cast<std::uint16_t>(question.payload[2 * i] | question.payload[2 * i + 1] << 8);
       break;
     case msp::command::kStatus:
       payload = status(now);
@@ -122,12 +134,28 @@ void BetaflightController::answer(Stamp now, const msp::Frame& question) {
   (void)link_->send(msp::encode({way, question.version, question.command, payload}, buffer));
 }
 
-void BetaflightController::take_channels(Stamp now, std::span<const std::uint8_t> payload) {
-  channels_.clear();
-  for (std::size_t i = 0; i + 1 < payload.size(); i += 2)
-    channels_.push_back(static_cast<std::uint16_t>(payload[i] | payload[i + 1] << 8));
+void BetaflightController::take_channels(Stamp now, std::span<const std::uint16_t> channels) {
+  if (radio_us) {
+    if (channels.size() >= override_us_.size())
+      std::copy_n(channels.begin(), override_us_.size(), override_us_.begin());
+    return;
+  }
+  channels_.assign(channels.begin(), channels.end());
   if (channels_.size() <= kArmChannel) return;
   ++channel_sets_;
+  follow_channels(now);
+}
+
+void BetaflightController::hear_radio(Stamp now) {
+  constexpr std::size_t kOverrideChannel = 5;
+  overridden_ = (*radio_us)[kOverrideChannel] >= 1700;
+  channels_.assign(radio_us->begin(), radio_us->end());
+  for (std::size_t i = 0; i < kPlaces.size(); ++i)
+    channels_[kPlaces[i]] = overridden_ ? override_us_[kPlaces[i]] : (*radio_us)[i];
+  follow_channels(now);
+}
+
+void BetaflightController::follow_channels(Stamp now) {
   const auto stick = [&](std::size_t i) { return static_cast<int>(channels_[kPlaces[i]]); };
   loop_.command(now, {rate_rad_s(stick(0)), rate_rad_s(stick(1)), -rate_rad_s(stick(2))},
                 std::max(0.0, (stick(3) - kMinCheck_us) / static_cast<double>(2000 - kMinCheck_us)));
@@ -140,7 +168,7 @@ std::vector<std::uint8_t> BetaflightController::status(Stamp now) const {
   std::uint32_t why = reasons;
   if (loop_.in_failsafe()) why |= kFailsafe;
   if (!loop_.may_arm(now) && !loop_.in_failsafe()) why |= kThrottle;
-  const std::uint32_t modes = (loop_.armed() ? 1u : 0u) | (loop_.in_failsafe() ? 4u : 0u);
+  const std::uint32_t modes = (loop_.armed() ? 1u : 0u) | (loop_.in_failsafe() ? 4u : 0u) | (overridden_ ? 16u : 0u);
   return Writer().u16(125).u16(0).u16(0x21).u32(modes).u8(0).u16(20).u16(0).u8(0).u8(26).u32(why).u8(0).u16(0).bytes;
 }
 

@@ -22,6 +22,8 @@ class HilFirmware {
 
   bool hangs = false;  ///< it takes samples and answers none
   std::uint64_t samples() const { return samples_; }
+  /// Of the newest sample, by which it lives.
+  Stamp time() const { return std::chrono::microseconds(last_us_); }
 
  private:
   void take(Stamp now, const mavlink::HilSensor& sensor);

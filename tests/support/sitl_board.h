@@ -10,8 +10,9 @@
 
 namespace gatefield::test {
 
-/// BetaflightController as a program of its own would be: MSP on a TCP port, states in and motors out over UDP, on a
-/// thread of its own in real time. All ports are free ones.
+/// BetaflightController as a program of its own would be: MSP on a TCP port, states and channels in and motors out
+/// over UDP, on a thread of its own in real time, or, where stamps of states advance, in their time. All ports are free
+/// ones.
 class SitlBoard {
  public:
   /// @param motors_port  of the simulator
@@ -22,6 +23,9 @@ class SitlBoard {
 
   std::uint16_t msp_port() const { return msp_port_; }
   std::uint16_t state_port() const { return states_->local_port(); }
+  std::uint16_t channels_port() const { return channels_->local_port(); }
+  /// As one without the clock library: it never runs in the states' time.
+  void keep_own_clock() { own_clock_ = true; }
 
   /// From now on it does nothing any more, as a program that was stopped.
   void hang() { hangs_ = true; }
@@ -29,12 +33,14 @@ class SitlBoard {
 
  private:
   void run();
+  void take_channels();
 
   const firmware::betaflight_sitl::Wire wire_;
   std::uint16_t msp_port_ = 0;
-  std::unique_ptr<firmware::Link> states_, motors_;
+  std::unique_ptr<firmware::Link> states_, motors_, channels_;
   std::unique_ptr<BetaflightController> board_;
-  std::atomic<bool> stop_{false}, hangs_{false}, armed_{false};
+  Stamp time_{0};
+  std::atomic<bool> stop_{false}, hangs_{false}, armed_{false}, own_clock_{false};
   std::thread thread_;
 };
 

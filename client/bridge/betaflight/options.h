@@ -22,6 +22,7 @@ struct Options {
   enum class Receiver {
     kBridge,    ///< feature RX_MSP: the bridge is; nobody else can fly. The firmware's failsafe follows when it stops.
     kOverride,  ///< a person's radio, whose mode MSP OVERRIDE gives the sticks to the bridge and takes them back
+    kUdp,       ///< the bridge is, over a port of the target SITL (BetaflightVehicle::send_through()), from 4.5 on
   };
   Receiver receiver = Receiver::kBridge;
 

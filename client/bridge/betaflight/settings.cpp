@@ -74,6 +74,18 @@ auto asked(msp::Connection& connection, std::uint16_t command, std::chrono::nano
   return *value;
 }
 
+/// Until 2025 a firmware on a computer takes channels from UDP as soon as they come, whatever its receiver is.
+Status check_receiver(const Settings& settings, const Options& options) {
+  constexpr int kUdpIsAFeature = 2026;
+  const bool over_udp = options.receiver == Options::Receiver::kUdp && hears_udp(settings.version);
+  if (over_udp && settings.version.major >= kUdpIsAFeature && (settings.features & msp::kFeatureRxUdp) == 0)
+    return setting("feature RX_UDP", "off", "on", "switch the others off and it on in its command line");
+  if (!over_udp && options.receiver != Options::Receiver::kOverride && (settings.features & msp::kFeatureRxMsp) == 0)
+    return setting("feature RX_MSP", "off", "on",
+                   "choose MSP as the receiver in the Receiver tab, or receiver: OVERRIDE in the configuration");
+  return {};
+}
+
 Status check_modes(const Settings& settings, const Options& options) {
   const int arm_aux = options.arm_aux - 1;
   const std::string channel = "AUX" + text(options.arm_aux);
@@ -142,10 +154,12 @@ Result<Settings> read_settings(msp::Connection& connection, std::chrono::nanosec
   return settings;
 }
 
+bool hears_udp(const msp::FirmwareVersion& version) noexcept {
+  return version.major > 4 || (version.major == 4 && version.minor >= 5);
+}
+
 Status check(const Settings& settings, const Options& options, const std::array<double, 3>& rates_rad_s) {
-  if (options.receiver == Options::Receiver::kBridge && (settings.features & msp::kFeatureRxMsp) == 0)
-    return setting("feature RX_MSP", "off", "on",
-                   "choose MSP as the receiver in the Receiver tab, or receiver: OVERRIDE in the configuration");
+  if (auto status = check_receiver(settings, options); !status) return status.failure();
   if ((settings.features & msp::kFeature3d) != 0)
     return setting("feature 3D", "on", "off", "switch it off: motors that turn backwards are not planned for");
   if (settings.rx.mid != 1500)
@@ -171,8 +185,8 @@ flight::FirmwareFailsafe judge_failsafe(const Settings& settings, const Options&
   if (options.receiver == Options::Receiver::kOverride) {
     *why =
         "in the mode MSP OVERRIDE the firmware keeps the last channels for as long as the radio is heard: only the "
-        "person's switch ends that";
-    return flight::FirmwareFailsafe::kBad;
+        "person's switch ends that; keep a thumb on it, and say safety.needs_firmware_failsafe: false";
+    return flight::FirmwareFailsafe::kNotChecked;
   }
   if (settings.failsafe.delay_s > kLongest_s) {
     *why = "the firmware's failsafe_delay is " + fixed(settings.failsafe.delay_s, 1) + " s, expected at most " +

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "client/flight/frames.h"
+#include "client/bridge/betaflight/attitude.h"
 #include "common/base/text.h"
 
 namespace gatefield::bridge::betaflight {
@@ -19,7 +19,7 @@ constexpr int kFirstAux = 4;
 /// What is asked for, one a period.
 constexpr std::array kQuestions{
     msp::command::kStatus, msp::command::kAttitude, msp::command::kStatus, msp::command::kRawImu,
-    msp::command::kStatus, msp::command::kAttitude, msp::command::kStatus, msp::command::kBatteryState,
+    msp::command::kStatus, msp::command::kRc,       msp::command::kStatus, msp::command::kBatteryState,
     msp::command::kStatus, msp::command::kAttitude, msp::command::kStatus, msp::command::kRawImu,
     msp::command::kStatus, msp::command::kAttitude, msp::command::kStatus, msp::command::kRc};
 constexpr std::uint64_t kAsksFirst = 4;  // every so many periods
@@ -64,9 +64,8 @@ BetaflightVehicle::BetaflightVehicle(const Options& options, const QuadrotorMode
       period_(from_seconds(1.0 / options_.channels_hz)),
       channel_count_(channels_needed(settings_, options_)),
       connection_(std::move(connection)),
-      thrust_(options_.thrust, model) {
-  judge_failsafe(settings_, options_, &failsafe_complaint_);
-}
+      thrust_(options_.thrust, model),
+      failsafe_(judge_failsafe(settings_, options_, &failsafe_complaint_)) {}
 
 void BetaflightVehicle::apply(Stamp now, const sdk::Setpoint& setpoint) noexcept {
   const bool finite = setpoint.body_rates_rad_s.allFinite() && std::isfinite(setpoint.collective_thrust_n);
@@ -86,6 +85,7 @@ void BetaflightVehicle::step(Stamp now, const Channels::Pulses& pulses) noexcept
 }
 
 bool BetaflightVehicle::send_channels(const Channels::Pulses& pulses) noexcept {
+  if (sink_ != nullptr) return sink_->send(pulses);
   const auto bytes = msp::raw_rc(pulses);
   return connection_->send(msp::command::kSetRawRc, std::span(bytes).first(2 * channel_count_));
 }
@@ -111,12 +111,8 @@ void BetaflightVehicle::hear(Stamp now, const msp::Frame& frame) noexcept {
       if (const auto status = msp::read_status(frame.payload)) on_status(now, *status);
       break;
     case msp::command::kAttitude:
-      if (const auto attitude = msp::read_attitude(frame.payload); attitude && status_) {
-        const Eigen::Quaterniond q_NF = Eigen::AngleAxisd(attitude->yaw_rad, Eigen::Vector3d::UnitZ()) *
-                                        Eigen::AngleAxisd(attitude->pitch_rad, Eigen::Vector3d::UnitY()) *
-                                        Eigen::AngleAxisd(attitude->roll_rad, Eigen::Vector3d::UnitX());
-        status_->q_WB = PlainQuaternion(flight::enu_flu_from_ned_frd(q_NF));
-      }
+      if (const auto attitude = msp::read_attitude(frame.payload); attitude && status_)
+        status_->q_WB = PlainQuaternion(enu_flu(*attitude));
       break;
     case msp::command::kRawImu:
       if (const auto imu = msp::read_raw_imu(frame.payload)) {
@@ -148,10 +144,10 @@ void BetaflightVehicle::on_status(Stamp now, const msp::Status& status) noexcept
   status_->armed = mode(msp::kModeArm);
   status_->own_failsafe = mode(msp::kModeFailsafe);
   status_->follows_us =
-      options_.receiver == Options::Receiver::kBridge ? !status_->own_failsafe : mode(msp::kModeMspOverride);
+      options_.receiver == Options::Receiver::kOverride ? mode(msp::kModeMspOverride) : !status_->own_failsafe;
   status_->pilot = pilot_switches();
   status_->pilot_stamp = radio_at_;
-  status_->failsafe = failsafe_complaint_.empty() ? flight::FirmwareFailsafe::kGood : flight::FirmwareFailsafe::kBad;
+  status_->failsafe = failsafe_;
 }
 
 /// The unit of the accelerometer depends on the sensor, and says itself while the vehicle stands: 1 g is its mean.
@@ -173,7 +169,7 @@ bool BetaflightVehicle::mode(std::uint8_t permanent) const noexcept {
 }
 
 std::optional<flight::PilotSwitches> BetaflightVehicle::pilot_switches() const noexcept {
-  if (options_.receiver == Options::Receiver::kBridge || !radio_) return std::nullopt;
+  if (options_.receiver != Options::Receiver::kOverride || !radio_) return std::nullopt;
   flight::PilotSwitches switches;
   switches.take_over = !mode(msp::kModeMspOverride);
   switches.kill = options_.kill && on(*options_.kill, *radio_);
@@ -191,8 +187,8 @@ std::vector<std::string> BetaflightVehicle::description() const {
           text(version.patch),
       std::string("rates ") + name(settings_.tuning.type) + ", failsafe after " + fixed(settings_.failsafe.delay_s, 1) +
           " s, " +
-          (options_.receiver == Options::Receiver::kBridge ? "the bridge is the receiver"
-                                                           : "a radio's MSP OVERRIDE gives the sticks")};
+          (options_.receiver == Options::Receiver::kOverride ? "a radio's MSP OVERRIDE gives the sticks"
+                                                             : "the bridge is the receiver")};
   return lines;
 }
 
@@ -213,16 +209,23 @@ std::vector<std::string> BetaflightVehicle::complaints() const {
   return sentences;
 }
 
-Result<std::unique_ptr<BetaflightVehicle>> open(const Options& options, const QuadrotorModel& model,
-                                                const Clock& clock) {
+Result<Opened> open_connection(const Options& options, const Clock& clock) {
   auto link = firmware::open(options.link, kOpenTimeout);
   if (!link) return link.failure();
   auto connection = std::make_unique<msp::Connection>(std::move(link).value(), clock);
   auto settings = read_settings(*connection, kAskTimeout);
   if (!settings) return settings.failure();
+  return Opened{std::move(connection), std::move(settings).value()};
+}
+
+Result<std::unique_ptr<BetaflightVehicle>> open(const Options& options, const QuadrotorModel& model,
+                                                const Clock& clock) {
+  auto opened = open_connection(options, clock);
+  if (!opened) return opened.failure();
   const auto& most = model.body_rate_max_rad_s;
-  if (auto status = check(*settings, options, {most.x(), most.y(), most.z()}); !status) return status.failure();
-  return std::make_unique<BetaflightVehicle>(options, model, std::move(settings).value(), std::move(connection));
+  if (auto status = check(opened->settings, options, {most.x(), most.y(), most.z()}); !status) return status.failure();
+  Opened board = std::move(opened).value();
+  return std::make_unique<BetaflightVehicle>(options, model, std::move(board.settings), std::move(board.connection));
 }
 
 }  // namespace gatefield::bridge::betaflight

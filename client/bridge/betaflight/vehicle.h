@@ -18,6 +18,14 @@
 
 namespace gatefield::bridge::betaflight {
 
+/// Another way to the firmware's receiver than MSP.
+class ChannelSink {
+ public:
+  virtual ~ChannelSink() = default;
+  /// @return false: they were not taken
+  virtual bool send(const Channels::Pulses& pulses) noexcept = 0;
+};
+
 /// A vehicle behind Betaflight: setpoints become the channels of a radio, the rest is asked for over MSP.
 ///
 /// Each period sends one set of channels and asks one question, in turn: status every second time, attitude and inertia
@@ -50,6 +58,12 @@ class BetaflightVehicle final : public Vehicle, public flight::Actuator, public 
   std::optional<flight::ControllerStatus> newest(Stamp now) noexcept override;
   void want(Stamp, flight::Wanted wanted) noexcept override { wanted_ = wanted; }
 
+  /// Channels go there from now on, not over MSP, which they no longer wait for (Receiver::kUdp).
+  /// @param sink  outlives this
+  void send_through(ChannelSink* sink, Stamp period) noexcept {
+    sink_ = sink;
+    period_ = period;
+  }
   /// Learns of the thrust in flight; the bridge gives it the states.
   flight::ThrustEstimate& thrust() noexcept { return thrust_; }
   /// What the firmware measured last, FLU; empty: nothing yet.
@@ -73,11 +87,13 @@ class BetaflightVehicle final : public Vehicle, public flight::Actuator, public 
   const Options options_;
   const Settings settings_;
   const Channels channels_;
-  const Stamp period_;
+  Stamp period_;
   const std::size_t channel_count_;
   const std::unique_ptr<msp::Connection> connection_;
+  ChannelSink* sink_ = nullptr;
   flight::ThrustEstimate thrust_;
   std::string failsafe_complaint_;
+  flight::FirmwareFailsafe failsafe_;
 
   flight::Wanted wanted_ = flight::Wanted::kDisarmed;
   std::optional<flight::ControllerStatus> status_;
@@ -90,7 +106,16 @@ class BetaflightVehicle final : public Vehicle, public flight::Actuator, public 
   std::uint64_t periods_ = 0, questions_ = 0, skipped_ = 0;
 };
 
-/// Opens the link, reads the settings, and checks them (check() in settings.h).
+/// A flight controller that is there, and how it is set up.
+struct Opened {
+  std::unique_ptr<msp::Connection> connection;
+  Settings settings;
+};
+
+/// Opens the link and reads the settings. Errors: those of firmware::open() and read_settings().
+Result<Opened> open_connection(const Options& options, const Clock& clock);
+
+/// The same, and checks the settings (check() in settings.h).
 /// Errors: those of firmware::open(), read_settings() and check().
 Result<std::unique_ptr<BetaflightVehicle>> open(const Options& options, const QuadrotorModel& model,
                                                 const Clock& clock);

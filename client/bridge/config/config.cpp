@@ -78,7 +78,8 @@ Status take(const SafetySpec& spec, flight::SupervisorOptions* options) {
                                          {"arming_limit", &options->arming_limit},
                                          {"disarm_limit", &options->disarm_limit},
                                          {"give_back", &options->give_back},
-                                         {"gate_margin_m", &options->gate_margin_m}});
+                                         {"gate_margin_m", &options->gate_margin_m},
+                                         {"tilt_apart_rad", &options->tilt_apart_rad}});
       !status)
     return status;
   if (Status status = in("state", take_fields(spec.state(), {{"lost_after", &options->state.lost_after},
@@ -167,6 +168,39 @@ Status take(const BetaflightSpec& spec, betaflight::Options* options) {
   return betaflight::validate(*options);
 }
 
+Status take(const TimeSpec& spec, sources::TimeOptions* options) {
+  if (spec.from() == TimeSpec::ARRIVAL) options->from = sources::TimeOptions::From::kArrival;
+  return take_fields(spec, {{"delay", &options->delay}, {"oldest", &options->oldest}});
+}
+
+Status take(const OutsideStatesSpec& spec, sources::StateOptions* options) {
+  if (Status status = take_fields(spec, {{"odometry", &options->odometry},
+                                         {"pose", &options->pose},
+                                         {"frame_id", &options->frame_id},
+                                         {"yaw_WO_rad", &options->yaw_WO_rad},
+                                         {"velocity_window", &options->velocity_window}});
+      !status)
+    return status;
+  if (spec.has_p_wo()) options->p_WO = vector(spec.p_wo());
+  if (spec.has_p_mb()) options->p_MB = vector(spec.p_mb());
+  if (spec.has_rpy_mb_rad()) options->rpy_MB_rad = vector(spec.rpy_mb_rad());
+  if (Status status = in("time", take(spec.time(), &options->time)); !status) return status;
+  return sources::validate(*options);
+}
+
+Status take(const OutsideDepthSpec& spec, sources::DepthOptions* options) {
+  options->image = spec.image();
+  if (Status status = in("time", take(spec.time(), &options->time)); !status) return status;
+  return sources::validate(*options);
+}
+
+Status take_sources(const BridgeFile& file, sources::Options* options) {
+  if (file.has_states())
+    if (Status status = in("states", take(file.states(), &options->states.emplace())); !status) return status;
+  if (file.has_depth()) return in("depth", take(file.depth(), &options->depth.emplace()));
+  return {};
+}
+
 Status take(const Px4Spec& spec, Px4Config* config) {
   std::string release;
   int own_component = config->own_component;
@@ -220,6 +254,18 @@ Status check_arming(const flight::SupervisorOptions& safety, const std::string& 
   return {};
 }
 
+/// A bridge that is the receiver itself has no person's switch to wait for.
+Status check_arming(const flight::SupervisorOptions& safety, const betaflight::Options& betaflight) {
+  if (betaflight.receiver == betaflight::Options::Receiver::kOverride) return {};
+  if (safety.arm_by == flight::ArmBy::kSwitch)
+    return Error::invalid("safety.arm_by", "SWITCH",
+                          "a person's radio (betaflight.receiver: OVERRIDE), or safety.arm_by: ITSELF in simulators");
+  if (safety.needs_pilot)
+    return Error::invalid("safety.needs_pilot", "true",
+                          "false where the bridge is the receiver: no person's radio is heard");
+  return {};
+}
+
 /// PX4 does not tell its parameters over DDS, so nobody but a person can say that its failsafe is good.
 Status check_failsafe(const flight::SupervisorOptions& safety) {
   if (!safety.needs_firmware_failsafe) return {};
@@ -228,7 +274,7 @@ Status check_failsafe(const flight::SupervisorOptions& safety) {
                         "COM_OBL_RC_ACT not 5, and say so by setting this to false");
 }
 
-Status take_firmware(const BridgeFile& file, Firmware firmware, BridgeConfig* config) {
+Status take_firmware(const BridgeFile& file, Firmware firmware, bool flies, BridgeConfig* config) {
   flight::ThrustOptions thrust;
   if (Status status = in("thrust", take(file.thrust(), &thrust)); !status) return status;
   const auto missing = [](const std::string& section, const std::string& content = "link: \"...\"") {
@@ -238,7 +284,12 @@ Status take_firmware(const BridgeFile& file, Firmware firmware, BridgeConfig* co
     if (!file.has_betaflight()) return missing("betaflight");
     auto& options = config->firmware.emplace<betaflight::Options>();
     options.thrust = thrust;
-    return in("betaflight", take(file.betaflight(), &options));
+    if (Status status = in("betaflight", take(file.betaflight(), &options)); !status || !flies) return status;
+    if (!file.has_states())
+      return Error::invalid("states", "missing",
+                            "a section states { odometry: \"/...\" } or { pose: \"/...\" }: Betaflight knows no "
+                            "position, so somebody else has to (motion capture, VIO)");
+    return check_arming(config->safety, options);
   }
   if (firmware == Firmware::kPx4) {
     if (!file.has_px4()) return missing("px4", "release: \"1.16\"");
@@ -282,14 +333,14 @@ const std::map<std::string, Firmware>& firmware_names() {
   return names;
 }
 
-Result<BridgeConfig> load_config(const std::filesystem::path& file, Firmware firmware) {
+Result<BridgeConfig> load_config(const std::filesystem::path& file, Firmware firmware, bool flies) {
   BridgeFile spec;
   if (Status status = config::load_text(file, &spec); !status) return status.failure();
   BridgeConfig config;
   if (Status status = take_vehicle_and_course(spec, file.parent_path(), &config); !status) return status.failure();
   for (const Status& status :
        {in("session", take(spec.session(), &config)), in("safety", take(spec.safety(), &config.safety)),
-        take_firmware(spec, firmware, &config)})
+        take_sources(spec, &config.sources), take_firmware(spec, firmware, flies, &config)})
     if (!status) return config::in_file(file, status.failure());
   return config;
 }

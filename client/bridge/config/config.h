@@ -9,6 +9,7 @@
 #include "client/bridge/betaflight/options.h"
 #include "client/bridge/mavlink/config.h"
 #include "client/bridge/px4/config.h"
+#include "client/bridge/sources/options.h"
 #include "client/flight/loop.h"
 #include "client/flight/supervisor_options.h"
 #include "common/base/result.h"
@@ -27,6 +28,7 @@ struct BridgeConfig {
   flight::SupervisorOptions safety;
   flight::LoopOptions loop;
   std::variant<betaflight::Options, MavlinkConfig, Px4Config> firmware;
+  sources::Options sources;
   std::vector<std::string> notes;  ///< what was taken otherwise than written, for the person whose file it is
 };
 
@@ -36,9 +38,12 @@ struct BridgeConfig {
 /// ("safety.hold_limit", "mavlink.link.port") and a sentence that names file, field, value and what was expected.
 /// Beyond each part's own checks:
 ///   - the section of `firmware` is there;
-///   - somebody can arm: safety.arm_by, and radio.arm and arm_by_command of the section, agree;
+///   - somebody can arm: safety.arm_by agrees with radio.arm and arm_by_command of the section, or with
+///     betaflight.receiver;
+///   - where the firmware knows no position (Betaflight) and `flies`, a section states is there;
 ///   - for PX4 over DDS a person has said that its failsafe is good (safety.needs_firmware_failsafe: false).
 /// Thread-safe: yes.   Real-time safe: no.
-Result<BridgeConfig> load_config(const std::filesystem::path& file, Firmware firmware);
+/// @param flies  false: only to look at the flight controller
+Result<BridgeConfig> load_config(const std::filesystem::path& file, Firmware firmware, bool flies = true);
 
 }  // namespace gatefield::bridge

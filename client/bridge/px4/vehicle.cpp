@@ -16,15 +16,16 @@ constexpr Stamp kSettleTimeout = 3s;  // first states, after PX4 was heard
 
 }  // namespace
 
-Result<std::unique_ptr<Px4Vehicle>> Px4Vehicle::open(const Px4Config& config, const std::atomic<bool>* cancel) {
+Result<std::unique_ptr<Px4Vehicle>> Px4Vehicle::open(const Px4Config& config, const std::atomic<bool>* cancel,
+                                                     std::unique_ptr<flight::LoopClock> clock) {
   if (Status status = validate(config); !status) return status.failure();
-  auto vehicle = std::make_unique<Px4Vehicle>(config);
+  auto vehicle = std::make_unique<Px4Vehicle>(config, std::move(clock));
   if (Status status = vehicle->connect(cancel); !status) return status.failure();
   return vehicle;
 }
 
-Px4Vehicle::Px4Vehicle(const Px4Config& config)
-    : config_(config), autopilot_(config, this), thrust_(config.thrust, config.quadrotor) {}
+Px4Vehicle::Px4Vehicle(const Px4Config& config, std::unique_ptr<flight::LoopClock> clock)
+    : config_(config), clock_(std::move(clock)), autopilot_(config, this), thrust_(config.thrust, config.quadrotor) {}
 
 Px4Vehicle::~Px4Vehicle() = default;
 
@@ -68,7 +69,7 @@ Stamp Px4Vehicle::sleep_until(Stamp deadline) noexcept {
     pump();
     const Stamp time = now();
     if (time >= deadline) return time;
-    real_time_.sleep_until(std::min(deadline, time + kTick));
+    clock_->sleep_until(std::min(deadline, time + kTick));
   }
 }
 

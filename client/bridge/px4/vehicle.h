@@ -34,9 +34,14 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   /// Errors: those of validate(config) and px4::Endpoint::create(); kNoAnswer when nothing of PX4 comes within
   /// connect_timeout, with what is on the bus instead (another release, another namespace) and the next step.
   /// @param cancel  when it becomes true, waiting ends as if nothing more had been heard; null: nothing ends it early
-  static Result<std::unique_ptr<Px4Vehicle>> open(const Px4Config& config, const std::atomic<bool>* cancel = nullptr);
+  /// @param clock   by which it lives, read on the middleware's threads, too: the machine's, or that of a simulation
+  ///                that PX4 runs by in lockstep (with stamps of Stamps::kArrival)
+  static Result<std::unique_ptr<Px4Vehicle>> open(
+      const Px4Config& config, const std::atomic<bool>* cancel = nullptr,
+      std::unique_ptr<flight::LoopClock> clock = std::make_unique<flight::RealTimeClock>());
   /// @pre validate(config)
-  explicit Px4Vehicle(const Px4Config& config);
+  explicit Px4Vehicle(const Px4Config& config,
+                      std::unique_ptr<flight::LoopClock> clock = std::make_unique<flight::RealTimeClock>());
   ~Px4Vehicle() override;
 
   flight::StateSource* states() noexcept override { return &states_; }
@@ -58,7 +63,7 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   Status connect(const std::atomic<bool>* cancel);
   BusReport bus_report() const;
 
-  Stamp now() const noexcept override { return real_time_.now(); }
+  Stamp now() const noexcept override { return clock_->now(); }
   Stamp sleep_until(Stamp deadline) noexcept override;
   void pump() noexcept;
 
@@ -127,7 +132,7 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   static constexpr Stamp kTick{std::chrono::milliseconds(2)};
 
   const Px4Config config_;
-  flight::RealTimeClock real_time_;
+  const std::unique_ptr<flight::LoopClock> clock_;
   Px4Autopilot autopilot_;
   flight::ThrustEstimate thrust_;
   States states_{this};

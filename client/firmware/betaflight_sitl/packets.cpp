@@ -1,5 +1,6 @@
 #include "client/firmware/betaflight_sitl/packets.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -11,7 +12,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "packets are copied as they lie in memory");
 
-constexpr double kTime_s = 1.0;
 constexpr std::size_t kTime = 0, kGyro = 1, kAcceleration = 4, kAttitude = 7, kPressure = 17;
 constexpr std::size_t kStateNumbers = 18;
 using Numbers = std::array<double, kStateNumbers>;
@@ -36,9 +36,9 @@ auto bytes_of(const std::array<T, kCount>& numbers) noexcept {
 
 }  // namespace
 
-std::array<std::uint8_t, kStateBytes> encode(const State& state, Wire wire) noexcept {
+std::array<std::uint8_t, kStateBytes> encode(const State& state, Wire wire, double stamp_s) noexcept {
   Numbers numbers{};
-  numbers[kTime] = kTime_s;
+  numbers[kTime] = stamp_s;
   const Eigen::Vector3d gyro = turned_rates(state.body_rates_rad_s, wire);
   const auto attitude =
       flight::wxyz(wire == Wire::kUntil2025 ? flight::ned_frd_from_enu_flu(state.q_WB) : half_turned(state.q_WB));
@@ -67,6 +67,12 @@ std::optional<State> read_state(std::span<const std::uint8_t> packet, Wire wire)
   return state;
 }
 
+double read_stamp_s(std::span<const std::uint8_t> packet) noexcept {
+  double stamp_s = 0.0;
+  std::memcpy(&stamp_s, packet.data() + kTime * sizeof(double), sizeof(stamp_s));
+  return stamp_s;
+}
+
 std::array<std::uint8_t, kMotorsBytes> encode(const Motors& motors, Wire wire) noexcept {
   std::array<float, 4> numbers{};
   for (std::size_t i = 0; i < motors.size(); ++i) numbers[places(wire)[i]] = static_cast<float>(motors[i]);
@@ -84,6 +90,37 @@ std::optional<Motors> read_motors(std::span<const std::uint8_t> packet, Wire wir
     motors[i] = output;
   }
   return motors;
+}
+
+std::array<std::uint8_t, kStampedMotorsBytes> encode(const StampedMotors& motors, Wire wire) noexcept {
+  std::array<std::uint8_t, kStampedMotorsBytes> packet{};
+  const auto plain = encode(motors.motors, wire);
+  std::copy(plain.begin(), plain.end(), packet.begin());
+  std::memcpy(packet.data() + kMotorsBytes, &motors.stamp_s, sizeof(motors.stamp_s));
+  return packet;
+}
+
+std::optional<StampedMotors> read_stamped_motors(std::span<const std::uint8_t> packet, Wire wire) noexcept {
+  if (packet.size() != kStampedMotorsBytes) return std::nullopt;
+  const auto motors = read_motors(packet.first(kMotorsBytes), wire);
+  double stamp_s = 0.0;
+  std::memcpy(&stamp_s, packet.data() + kMotorsBytes, sizeof(stamp_s));
+  if (!motors || !std::isfinite(stamp_s)) return std::nullopt;
+  return StampedMotors{*motors, stamp_s};
+}
+
+std::array<std::uint8_t, kChannelsBytes> encode(const Channels& channels) noexcept {
+  std::array<std::uint8_t, kChannelsBytes> packet{};
+  std::memcpy(packet.data(), &kConstantStamp_s, sizeof(kConstantStamp_s));
+  std::memcpy(packet.data() + sizeof(kConstantStamp_s), channels.data(), sizeof(channels));
+  return packet;
+}
+
+std::optional<Channels> read_channels(std::span<const std::uint8_t> packet) noexcept {
+  if (packet.size() != kChannelsBytes) return std::nullopt;
+  Channels channels{};
+  std::memcpy(channels.data(), packet.data() + sizeof(double), sizeof(channels));
+  return channels;
 }
 
 }  // namespace gatefield::firmware::betaflight_sitl

@@ -187,8 +187,8 @@ std::vector<std::uint8_t> read_box_ids(Payload payload);
 
 /// kFeatureConfig: u32.
 std::optional<std::uint32_t> read_features(Payload payload) noexcept;
-inline constexpr std::uint32_t kFeatureMotorStop = 1u << 4, kFeature3d = 1u << 12, kFeatureRxMsp = 1u << 14,
-                               kFeatureAirmode = 1u << 22;
+inline constexpr std::uint32_t kFeatureRxUdp = 1u << 1,  // of the target SITL, since 2026
+    kFeatureMotorStop = 1u << 4, kFeature3d = 1u << 12, kFeatureRxMsp = 1u << 14, kFeatureAirmode = 1u << 22;
 
 /// kMixerConfig: u8 kind (3: quad X), u8 yaw motors reversed (props out).
 struct Mixer {

@@ -66,7 +66,7 @@ HilLink::HilLink(const HilOptions& options, std::unique_ptr<Link> link, std::uni
 
 Error HilLink::hung(Stamp waited) const {
   return Error(
-      "the firmware on " + link_->name() + " sent no motor outputs for " + in_seconds(waited) +
+      "the firmware on " + link_->name() + " sent no motor outputs for " + fixed(seconds(waited), 1) + " s" +
           (answered() ? "; it hangs, or waits for something else"
                       : "; it has not booted, or runs no simulated motors (its airframe has to be one for HIL)"),
       ErrorCode::kNotAnswering, "address");

@@ -1,10 +1,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <filesystem>
 
+#include "client/simulator/firmware_in_loop.h"
+#include "client/simulator/plant.h"
 #include "client/simulator/simulation.h"
 #include "common/config/locate.h"
+#include "common/config/vehicle.h"
 #include "tests/integration/betaflight/real_firmware.h"
 #include "tests/support/path_follower.h"
 #include "tests/support/sitl_board.h"
@@ -28,9 +32,9 @@ config::Scenario circle() {
   return scenario;
 }
 
-Options through(const FirmwareOptions& firmware) {
+Options through(const FirmwareOptions& firmware, protocol::Timing timing = protocol::Timing::kRealTime) {
   Options options;
-  options.timing = protocol::Timing::kRealTime;
+  options.timing = timing;
   options.firmware = firmware;
   return options;
 }
@@ -65,6 +69,7 @@ class BoardInTheLoop : public testing::Test {
     board = std::make_unique<test::SitlBoard>(firmware.motors_port, firmware::betaflight_sitl::Wire::kUntil2025);
     firmware.address = "tcp:127.0.0.1:" + std::to_string(board->msp_port());
     firmware.state_port = board->state_port();
+    firmware.channels_port = board->channels_port();
     scenario.vehicle.quadrotor.rotor_spin = {-1, -1, 1, 1};  // as the board's mixer has them
   }
   config::Scenario scenario = circle();
@@ -75,6 +80,33 @@ class BoardInTheLoop : public testing::Test {
 TEST_F(BoardInTheLoop, ArmsFliesALapAndDisarms) {
   expect_won(scenario, through(firmware));
   EXPECT_FALSE(board->armed());
+}
+
+TEST_F(BoardInTheLoop, FliesALapInLockstepThatIsTheSameAgain) {
+  const auto first = race(scenario, through(firmware, protocol::Timing::kLockstep));
+  ASSERT_TRUE(first.ok()) << first.error();
+  EXPECT_EQ(first->outcome, Outcome::kFinished) << summarize(*first);
+  EXPECT_FALSE(board->armed());
+  const auto again = race(scenario, through(firmware, protocol::Timing::kLockstep));
+  ASSERT_TRUE(again.ok()) << again.error();
+  EXPECT_NEAR(again->race_time_s, first->race_time_s, 1e-9);
+}
+
+TEST_F(BoardInTheLoop, OneThatHangsInLockstepIsToldToo) {
+  firmware.answer_limit = 500ms;
+  const auto report = race(scenario, through(firmware, protocol::Timing::kLockstep), [&](const Progress& progress) {
+    if (progress.race_time_s > 0.2) board->hang();
+  });
+  ASSERT_TRUE(report.ok()) << report.error();
+  EXPECT_EQ(report->outcome, Outcome::kFlightControllerLost) << report->sentence;
+  EXPECT_THAT(report->sentence, HasSubstr("is silent for"));
+}
+
+TEST_F(BoardInTheLoop, OneWithAClockOfItsOwnIsToldInLockstep) {
+  board->keep_own_clock();
+  const auto report = race(scenario, through(firmware, protocol::Timing::kLockstep));
+  ASSERT_FALSE(report.ok());
+  EXPECT_THAT(report.error(), HasSubstr("LD_PRELOAD=libgatefield-betaflight-clock.so"));
 }
 
 TEST_F(BoardInTheLoop, OneThatHangsEndsTheRaceWithItsOwnOutcome) {
@@ -116,19 +148,77 @@ TEST_F(BoardInTheLoop, AVehicleThatDoesNotFitTheFirmwareIsRefused) {
   EXPECT_EQ(refused().field, "actuation");
 }
 
-TEST(RealFirmwareInTheLoop, FliesALap) {
-  if (test::RealFirmware::program().empty())
-    GTEST_SKIP() << "left out: GATEFIELD_BETAFLIGHT_SITL names no program (Betaflight built for the target SITL)";
-  const auto folder = std::filesystem::temp_directory_path() / ("gatefield-betaflight-" + std::to_string(getpid()));
-  {
-    auto settings = test::bridge_settings("ACTUAL", 20, 67, 0);
-    // As the vehicle's rotors turn; and nothing may be added to what the bridge asks for.
-    settings.insert(settings.end(), {"set yaw_motors_reversed = ON", "set throttle_boost = 0", "set rc_smoothing = OFF",
-                                     "set f_roll = 0", "set f_pitch = 0", "set f_yaw = 0"});
-    const test::RealFirmware firmware(folder, settings);
-    expect_won(circle(), through({}));
+class RealFirmwareInTheLoop : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (test::RealFirmware::program().empty())
+      GTEST_SKIP() << "left out: GATEFIELD_BETAFLIGHT_SITL names no program (Betaflight built for the target SITL)";
+    folder = std::filesystem::temp_directory_path() / ("gatefield-betaflight-" + std::to_string(getpid()));
+    scenario.vehicle.actuation =
+        config::load_vehicle(config::find_config("vehicles", "racer-betaflight").value()).value().actuation;
   }
-  std::filesystem::remove_all(folder);
+  void TearDown() override {
+    if (!folder.empty()) std::filesystem::remove_all(folder);
+  }
+  config::Scenario scenario = circle();
+  std::filesystem::path folder;
+};
+
+TEST_F(RealFirmwareInTheLoop, FliesALap) {
+  const test::RealFirmware firmware(folder, test::racer_settings());
+  expect_won(scenario, through({}));
+}
+
+TEST_F(RealFirmwareInTheLoop, FliesALapInLockstepWithANoisyGyro) {
+  const test::RealFirmware firmware(folder, test::racer_settings(), GATEFIELD_CLOCK_LIBRARY);
+  FirmwareOptions options;
+  options.gyro = {0.02, 0.01};
+  const auto report = race(scenario, through(options, protocol::Timing::kLockstep));
+  ASSERT_TRUE(report.ok()) << report.error();
+  EXPECT_EQ(report->outcome, Outcome::kFinished) << summarize(*report);
+}
+
+/// Steps of the rate about each axis, in hover: when 63 % are there, how far it overshoots, and what stays.
+TEST_F(RealFirmwareInTheLoop, LagsAreThoseOfTheShippedVehicle) {
+  const test::RealFirmware firmware(folder, test::racer_settings(), GATEFIELD_CLOCK_LIBRARY);
+  auto opened = FirmwareInLoop::open({}, scenario, protocol::Timing::kLockstep);
+  ASSERT_TRUE(opened.ok()) << opened.error();
+  FirmwareInLoop& loop = **opened;
+  auto plant = Plant::create({}, scenario.vehicle.quadrotor).value();
+  QuadrotorState begin = start_state(scenario);
+  begin.p_WB = {0, 0, 500};
+  while (!loop.ready() && loop.well()) loop.stand(begin);
+  ASSERT_TRUE(loop.ready()) << loop.failure().message;
+
+  constexpr double kStep_rad_s = 1.0, kThere = 0.632, kUnlike = 1.35;
+  for (int axis = 0; axis < 3; ++axis) {
+    sdk::Setpoint setpoint;
+    setpoint.collective_thrust_n = scenario.vehicle.quadrotor.mass_kg * kGravity_m_s2;
+    plant->set_state(begin);
+    const auto fly = [&](Stamp span) {
+      for (Stamp t{0}; t < span; t += Plant::kStep) plant->step_held(loop.step(setpoint, plant->state()));
+    };
+    fly(500ms);
+    setpoint.body_rates_rad_s[axis] = kStep_rad_s;
+    Stamp there{0}, t{0};
+    double most = 0.0;
+    for (; t < 600ms; t += Plant::kStep) {
+      fly(Plant::kStep);
+      const double rate = plant->state().w_WB_B[axis];
+      if (there == Stamp{0} && rate >= kThere * kStep_rad_s) there = t + Plant::kStep;
+      most = std::max(most, rate);
+    }
+    const double told_s = scenario.vehicle.actuation.rate_time_constant_s[axis], last = plant->state().w_WB_B[axis];
+    RecordProperty("axis_" + std::to_string(axis),
+                   std::to_string(1e3 * seconds(there)) + " ms, overshoot " + std::to_string(most - kStep_rad_s));
+    std::printf("axis %d: 63 %% after %.0f ms (told %.0f), overshoot %.2f, after 0.6 s %.3f\n", axis,
+                1e3 * seconds(there), 1e3 * told_s, most - kStep_rad_s, last);
+    EXPECT_LT(seconds(there), kUnlike * told_s);
+    EXPECT_GT(seconds(there), told_s / kUnlike);
+    EXPECT_LT(most, 1.45 * kStep_rad_s);
+    EXPECT_NEAR(last, kStep_rad_s, 0.1);
+  }
+  EXPECT_TRUE(loop.well()) << loop.failure().message;
 }
 
 }  // namespace

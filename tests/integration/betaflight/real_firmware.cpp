@@ -56,9 +56,11 @@ void type(firmware::Link& link, const std::string& line) {
 std::vector<std::string> bridge_settings(const std::string& type, int rc_rate, int super_rate, int expo) {
   std::vector<std::string> lines{"aux 0 0 0 1700 2100 0 0",
                                  "feature -RX_UDP",  // what 2026.6 comes with; others do not know it
-                                 "feature RX_MSP",          "set motor_pwm_protocol = PWM",
-                                 "set small_angle = 180",   "set runaway_takeoff_prevention = OFF",
-                                 "set failsafe_delay = 10", "set rates_type = " + type};
+                                 "feature RX_MSP", "set motor_pwm_protocol = PWM", "set small_angle = 180",
+                                 "set runaway_takeoff_prevention = OFF", "set failsafe_delay = 10",
+                                 "set rates_type = " + type,
+                                 // its own yaw gains swing up a vehicle that turns by its rotors' drag alone
+                                 "set p_yaw = 100", "set i_yaw = 30", "set iterm_relax = RPY"};
   for (const char* axis : {"roll", "pitch", "yaw"}) {
     const std::string name = axis;
     lines.push_back("set " + name + "_rc_rate = " + std::to_string(rc_rate));
@@ -68,6 +70,16 @@ std::vector<std::string> bridge_settings(const std::string& type, int rc_rate, i
   return lines;
 }
 
+std::vector<std::string> racer_settings() {
+  auto settings = bridge_settings("ACTUAL", 100, 100, 0);
+  settings.insert(settings.end(), {"set yaw_motors_reversed = ON", "set throttle_boost = 0", "set thrust_linear = 0",
+                                   "set rc_smoothing = OFF", "set f_roll = 0", "set f_pitch = 0", "set f_yaw = 0",
+                                   "set serial_update_rate_hz = 1000"});
+  if (RealFirmware::wire() == firmware::betaflight_sitl::Wire::kSince2026)
+    settings.insert(settings.end(), {"feature -RX_MSP", "feature RX_UDP"});
+  return settings;
+}
+
 std::string RealFirmware::program() { return variable("GATEFIELD_BETAFLIGHT_SITL"); }
 
 firmware::betaflight_sitl::Wire RealFirmware::wire() {
@@ -75,8 +87,9 @@ firmware::betaflight_sitl::Wire RealFirmware::wire() {
                                                               : firmware::betaflight_sitl::Wire::kUntil2025;
 }
 
-RealFirmware::RealFirmware(const std::filesystem::path& folder, const std::vector<std::string>& settings)
-    : folder_(folder) {
+RealFirmware::RealFirmware(const std::filesystem::path& folder, const std::vector<std::string>& settings,
+                           std::string clock)
+    : folder_(folder), clock_(std::move(clock)) {
   std::filesystem::create_directories(folder_);
   std::filesystem::remove(folder_ / "eeprom.bin");
   start();
@@ -97,6 +110,7 @@ void RealFirmware::start() {
   options.arguments = {program()};
   options.folder = folder_;
   options.log = folder_ / "firmware.log";
+  if (!clock_.empty()) options.environment = {{"LD_PRELOAD", clock_}};
   process_ = expect(ChildProcess::start(options));
   const sched_param priority{10};
   sched_setscheduler(process_->pid(), SCHED_FIFO, &priority);  // without it a busy machine starves its loop

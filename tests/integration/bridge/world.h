@@ -1,17 +1,14 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
 #include <functional>
 #include <memory>
 #include <thread>
 #include <utility>
 
 #include "client/flight/clock.h"
-#include "common/vehicle/quadrotor.h"
-#include "tests/support/rate_controller.h"
+#include "tests/support/rate_body.h"
 
 namespace gatefield::test {
 
@@ -66,35 +63,15 @@ class World {
 
   void move(Stamp now) {
     constexpr double kStep_s = 1e-3;
-    QuadrotorState& state = controller_->state;
-    const auto outputs = controller_->loop().step(now, state.w_WB_B, kStep_s);
-    constexpr std::array<std::size_t, 4> kOutputOfRotor{1, 2, 3, 0};  // front right, rear left, front left, rear right
-    for (std::size_t i = 0; i < 4; ++i)
-      state.thrust_command_n[static_cast<Eigen::Index>(i)] =
-          model_.thrust_max_n * outputs[kOutputOfRotor[i]] * outputs[kOutputOfRotor[i]];
-    const QuadrotorState before = state;
-    state = step_reference(model_, state, ThrustRates::Zero(), kStep_s);
-    controller_->on_ground = state.p_WB.z() <= 0.0;
-    if (controller_->on_ground) {
-      state.p_WB.z() = 0.0;
-      state.v_WB = Eigen::Vector3d(0, 0, std::max(state.v_WB.z(), 0.0));
-      state.w_WB_B.setZero();
-    }
-    const Eigen::Vector3d force_W = (state.v_WB - before.v_WB) / kStep_s + Eigen::Vector3d(0, 0, kGravity_m_s2);
-    controller_->specific_force_z = (Eigen::Quaterniond(state.q_WB).inverse() * force_W).z();
-    highest_m = std::max<double>(highest_m, state.p_WB.z());
-    constexpr double kGate_x_m = 8.0, kGate_z_m = 1.5, kHalf_m = 0.5;
-    if (before.p_WB.x() < kGate_x_m && state.p_WB.x() >= kGate_x_m)
-      passed = std::abs(state.p_WB.y()) < kHalf_m && std::abs(state.p_WB.z() - kGate_z_m) < kHalf_m;
+    body_.step(controller_->loop().step(now, body_.state.w_WB_B, kStep_s), kStep_s);
+    controller_->state = body_.state;
+    controller_->on_ground = body_.on_ground;
+    controller_->specific_force_z = body_.specific_force_B.z();
+    highest_m = std::max<double>(highest_m, body_.state.p_WB.z());
+    passed = body_.passed;
   }
 
-  static QuadrotorModel model() {
-    QuadrotorModel model;
-    model.rotor_spin = {-1, -1, 1, 1};  // as RateController's mixer has them
-    return model;
-  }
-
-  const QuadrotorModel model_ = model();
+  RateBody body_;
   const std::unique_ptr<Controller> controller_;
   const std::function<void(Controller*, Stamp)> serve_;
   bool switched_on_ = false;

@@ -46,7 +46,7 @@ if(targets MATCHES "INTERFACE_INCLUDE_DIRECTORIES [^\n]*include/gatefield")
   message(FATAL_ERROR "A target of the package gives its users include/gatefield as a folder to search")
 endif()
 
-foreach(example minimal one_gate rates)
+foreach(example minimal motion_capture one_gate rates)
   configure(${EXAMPLES}/${example} ${example} "")
   run("Building ${example}" ${CMAKE_COMMAND} --build ${WORK}/${example})
 endforeach()

@@ -56,6 +56,9 @@ void fail(Check check, SupervisedFlight* flight) {
     case Check::kFlightWanted:
       flight->observation().race_over = true;
       return;
+    case Check::kAttitudesAgree:
+      flight->controller().q_WB = PlainQuaternion(Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())));
+      return;
   }
   FAIL() << "how does " << name(check) << " fail?";
 }
@@ -86,6 +89,30 @@ TEST(ArmingChecks, OneAloneIsTheOnlyOneNamed) {
     flight.pass(3s);
     EXPECT_THAT(list(flight.supervisor.directive().failing), ElementsAre(check));
   }
+}
+
+TEST(ArmingChecks, AHeadingFromAnywhereIsNoContradiction) {
+  SupervisedFlight flight;
+  flight.all_is_well();
+  flight.controller().q_WB = PlainQuaternion(Eigen::Quaterniond(Eigen::AngleAxisd(2.0, Eigen::Vector3d::UnitZ())));
+  flight.pass(3s);
+  EXPECT_EQ(flight.phase(), Phase::kReady);
+}
+
+TEST(ArmingChecks, AttitudesThatWereApartWhileItWasCarriedAboutKeepItOnTheGround) {
+  SupervisedFlight flight;
+  flight.all_is_well();
+  flight.controller().q_WB = PlainQuaternion(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX())));
+  flight.pass(300ms);  // one of them is late
+  flight.controller().q_WB = PlainQuaternion::Identity();
+  flight.pass(2s);
+  EXPECT_EQ(flight.phase(), Phase::kReady);
+  flight.controller().q_WB = PlainQuaternion(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX())));
+  flight.pass(1s);
+  flight.controller().q_WB = PlainQuaternion::Identity();
+  flight.pass(2s);
+  EXPECT_EQ(flight.phase(), Phase::kDisarmed);
+  EXPECT_THAT(list(flight.supervisor.directive().failing), ElementsAre(Check::kAttitudesAgree));
 }
 
 TEST(ArmingChecks, CanBeToldOtherwise) {

@@ -90,6 +90,7 @@ constexpr Stream kNames[] = {
     Stream("gatefield.encoder_trial"),
     Stream("gatefield.decoder_trial"),
     Stream("gatefield.decoder_comparison"),
+    Stream("gatefield.firmware.gyro"),
     Stream("gatefield.hil.accelerometer"),
     Stream("gatefield.hil.gyro"),
     Stream("gatefield.hil.magnetometer_and_barometer"),

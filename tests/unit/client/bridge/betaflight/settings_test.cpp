@@ -164,6 +164,19 @@ TEST_F(BetaflightSettings, OverrideNeedsItsSwitch) {
   EXPECT_TRUE(checked().ok());
 }
 
+TEST_F(BetaflightSettings, ChannelsOverUdpNeedNoReceiverUntil2025AndItsOwnSince) {
+  options.receiver = Options::Receiver::kUdp;
+  answer(msp::command::kFeatureConfig) = {8, 0, 0, 0};
+  answer(msp::command::kFcVersion) = {4, 5, 6};
+  EXPECT_TRUE(checked().ok()) << checked().error();
+  answer(msp::command::kFcVersion) = {4, 4, 3};
+  expect(checked(), {"feature RX_MSP", "on"});
+  answer(msp::command::kFcVersion) = {26, 6, 0};
+  expect(checked(), {"feature RX_UDP", "command line"});
+  answer(msp::command::kFeatureConfig) = {2, 0, 0, 0};
+  EXPECT_TRUE(checked().ok()) << checked().error();
+}
+
 TEST_F(BetaflightSettings, AMixerOtherThanOurFourRotorsIsRefused) {
   answer(msp::command::kMixerConfig) = {1, 0};
   expect(checked(), {"mixer", "QUADX"});
@@ -200,7 +213,7 @@ TEST_F(BetaflightSettings, TheFirmwaresOwnFailsafeIsJudged) {
   EXPECT_THAT(why, HasSubstr("GPS-RESCUE"));
 
   options.receiver = Options::Receiver::kOverride;
-  EXPECT_EQ(judge_failsafe(*read(), options, &why), flight::FirmwareFailsafe::kBad);
+  EXPECT_EQ(judge_failsafe(*read(), options, &why), flight::FirmwareFailsafe::kNotChecked);
   EXPECT_THAT(why, HasSubstr("keeps the last channels"));
 }
 

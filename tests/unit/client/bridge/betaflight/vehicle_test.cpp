@@ -262,6 +262,29 @@ TEST_F(BetaflightBridge, ACableThatIsCutEndsInTheFirmwaresFailsafe) {
   EXPECT_FALSE(board.loop().armed());
 }
 
+class Kept final : public ChannelSink {
+ public:
+  bool send(const Channels::Pulses& pulses) noexcept override {
+    newest = pulses;
+    ++sets;
+    return true;
+  }
+  Channels::Pulses newest{};
+  int sets = 0;
+};
+
+TEST_F(BetaflightBridge, ChannelsThatGoAnotherWayDoNotGoOverMsp) {
+  Kept kept;
+  vehicle->send_through(&kept, 2ms);
+  EXPECT_EQ(vehicle->period(), 2ms);
+  const std::uint64_t before = board.channel_sets();
+  run(100ms, std::nullopt);
+  EXPECT_GT(kept.sets, 5);
+  EXPECT_EQ(kept.newest[0], 1500);
+  EXPECT_EQ(board.channel_sets(), before);
+  EXPECT_TRUE(vehicle->newest(clock.now()).has_value()) << "the rest is asked for over MSP";
+}
+
 TEST_F(BetaflightBridge, ABrokenLinkIsComplainedOf) {
   run(300ms, std::nullopt);
   EXPECT_TRUE(vehicle->complaints().empty());
@@ -280,7 +303,7 @@ TEST_F(BetaflightBridge, OverrideTellsThePersonsSwitches) {
   EXPECT_TRUE(status->pilot->take_over) << "the override's switch is off";
   EXPECT_FALSE(status->pilot->arm);
   EXPECT_FALSE(status->follows_us);
-  EXPECT_EQ(status->failsafe, flight::FirmwareFailsafe::kBad);
+  EXPECT_EQ(status->failsafe, flight::FirmwareFailsafe::kNotChecked);
   EXPECT_THAT(vehicle->complaints(), testing::Contains(HasSubstr("keeps the last channels")));
 }
 

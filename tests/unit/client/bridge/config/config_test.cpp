@@ -88,7 +88,8 @@ TEST_F(BridgeConfigFile, WhatIsWrittenIsTaken) {
 TEST_F(BridgeConfigFile, BetaflightHasItsSection) {
   const auto config = load(std::string(kRacer) +
                                "thrust { exponent: 1.5 } betaflight { link: 'serial:/dev/ttyACM0:115200' "
-                               "receiver: OVERRIDE arm_aux: 2 kill { aux: 4 from_us: 1800 } }",
+                               "receiver: OVERRIDE arm_aux: 2 kill { aux: 4 from_us: 1800 } } "
+                               "states { pose: '/mocap/pose' }",
                            Firmware::kBetaflight);
   ASSERT_TRUE(config) << config.error();
   const auto& options = std::get<betaflight::Options>(config->firmware);
@@ -98,6 +99,50 @@ TEST_F(BridgeConfigFile, BetaflightHasItsSection) {
   ASSERT_TRUE(options.kill);
   EXPECT_EQ(options.kill->from_us, 1800);
   EXPECT_EQ(options.thrust.exponent, 1.5);
+}
+
+TEST_F(BridgeConfigFile, StatesAndDepthFromElsewhereHaveTheirSections) {
+  const auto config = load(std::string(kRacer) + kMavlink +
+                           "safety { tilt_apart_rad: 0.1 } states { odometry: '/vio/odometry' frame_id: 'map' "
+                           "  p_WO { x: 1 y: 2 z: 3 } yaw_WO_rad: 0.5 p_MB { x: 0.1 y: 0 z: -0.05 } "
+                           "  rpy_MB_rad { x: 0 y: 0 z: 1.5 } velocity_window: 0.05 "
+                           "  time { from: ARRIVAL delay: 0.004 } } "
+                           "depth { image: '/camera/depth' time { oldest: 0.5 } }");
+  ASSERT_TRUE(config) << config.error();
+  ASSERT_TRUE(config->sources.states && config->sources.depth);
+  const sources::StateOptions& states = *config->sources.states;
+  EXPECT_EQ(states.odometry, "/vio/odometry");
+  EXPECT_EQ(states.frame_id, "map");
+  EXPECT_EQ(states.p_WO, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(states.yaw_WO_rad, 0.5);
+  EXPECT_EQ(states.p_MB, Eigen::Vector3d(0.1, 0, -0.05));
+  EXPECT_EQ(states.rpy_MB_rad, Eigen::Vector3d(0, 0, 1.5));
+  EXPECT_EQ(states.velocity_window, 50ms);
+  EXPECT_EQ(states.time.from, sources::TimeOptions::From::kArrival);
+  EXPECT_EQ(states.time.delay, 4ms);
+  EXPECT_EQ(config->sources.depth->image, "/camera/depth");
+  EXPECT_EQ(config->sources.depth->time.oldest, 500ms);
+  EXPECT_EQ(config->safety.tilt_apart_rad, 0.1);
+
+  const auto field = [&](const std::string& extra) { return refused(std::string(kRacer) + kMavlink + extra).field; };
+  EXPECT_EQ(field("states { pose: '/a' odometry: '/b' }"), "states.odometry");
+  EXPECT_EQ(field("states { pose: 'mocap' }"), "states.pose");
+  EXPECT_EQ(field("states { pose: '/a' time { oldest: 2 } }"), "states.time.oldest");
+  EXPECT_EQ(field("depth { image: '' }"), "depth.image");
+}
+
+TEST_F(BridgeConfigFile, BetaflightFliesByStatesFromElsewhereAndSomebodyHasToArm) {
+  const std::string link = "betaflight { link: 'tcp:127.0.0.1:5761' } ", states = "states { pose: '/mocap/pose' } ",
+                    override_by_radio = "betaflight { link: 'tcp:127.0.0.1:5761' receiver: OVERRIDE } ",
+                    itself = "safety { arm_by: ITSELF needs_pilot: false } ";
+  const auto field = [&](const std::string& extra) { return refused(kRacer + extra, Firmware::kBetaflight).field; };
+  EXPECT_EQ(field(link + itself), "states");
+  EXPECT_EQ(field(link + states), "safety.arm_by");
+  EXPECT_EQ(field(link + states + "safety { arm_by: ITSELF }"), "safety.needs_pilot");
+  EXPECT_TRUE(load(kRacer + link + states + itself, Firmware::kBetaflight).ok());
+  EXPECT_TRUE(load(kRacer + override_by_radio + states, Firmware::kBetaflight).ok());
+  std::ofstream(file_) << kRacer + link;
+  EXPECT_TRUE(load_config(file_, Firmware::kBetaflight, false).ok()) << "to look at it no more is needed";
 }
 
 TEST_F(BridgeConfigFile, MistakesAreNamedWithFileAndField) {
@@ -170,11 +215,11 @@ TEST_F(BridgeConfigFile, EveryFieldOfTheSchemaHasAPlace) {
     file.set_course("one-gate");
     file.mutable_session()->set_name("drone");
     file.mutable_px4()->set_release("1.16");
-    for (const auto* section : {"session", "safety", "thrust", "mavlink"}) {
+    for (const auto* section : {"session", "safety", "thrust", "states", "depth", "mavlink"}) {
       // Sections are read one after the other, and each stops at its first mistake: one at a time.
       BridgeFile only = file;
       const auto* reflection = BridgeFile::GetReflection();
-      for (const auto* other : {"session", "safety", "thrust"})
+      for (const auto* other : {"session", "safety", "thrust", "states", "depth"})
         if (std::string_view(other) != section)
           reflection->ClearField(&only, BridgeFile::GetDescriptor()->FindFieldByName(other));
       EXPECT_NO_THROW((void)load(only.DebugString(), firmware)) << section;
@@ -233,6 +278,11 @@ TEST_F(BridgeConfigFile, EveryNumberThatCantBeIsRefusedByItsName) {
     good.mutable_betaflight()->set_link("tcp:127.0.0.1:5761");
     good.mutable_betaflight()->set_receiver(BetaflightSpec::OVERRIDE);
     good.mutable_betaflight()->mutable_kill()->set_aux(3);
+    good.mutable_states()->set_pose("/mocap/pose");
+    for (Point* const point : {good.mutable_states()->mutable_p_wo(), good.mutable_states()->mutable_p_mb(),
+                               good.mutable_states()->mutable_rpy_mb_rad()})
+      point->set_x(0), point->set_y(0), point->set_z(0);
+    good.mutable_depth()->set_image("/depth");
     good.mutable_px4()->set_release("1.16");
     good.mutable_px4()->mutable_radio()->set_arm(5);
     good.mutable_px4()->mutable_versions()->Add()->set_topic("vehicle_status");

@@ -54,6 +54,33 @@ TEST(BetaflightSitlPackets, AttitudeIsThatOfAviationUntil2025) {
   EXPECT_NEAR(number(packet, 10), 0.0, 1e-12);
 }
 
+TEST(BetaflightSitlPackets, StampsAndChannelsAreReadAsTheyWereWritten) {
+  EXPECT_EQ(read_stamp_s(encode(State{}, Wire::kUntil2025)), kConstantStamp_s);
+  EXPECT_EQ(read_stamp_s(encode(State{}, Wire::kSince2026, 12.345)), 12.345);
+  Channels channels{};
+  for (std::size_t i = 0; i < channels.size(); ++i) channels[i] = static_cast<std::uint16_t>(1000 + i);
+  const auto packet = encode(channels);
+  EXPECT_EQ(packet[8] | packet[9] << 8, 1000);
+  EXPECT_EQ(read_channels(packet), channels);
+  EXPECT_FALSE(read_channels(std::span(packet).first(39)).has_value());
+}
+
+TEST(BetaflightSitlPackets, StampedMotorsAreNoPlainOnesAndTheOtherWayRound) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const StampedMotors motors{{0.125, 0.25, 0.5, 1.0}, 100.001};
+  for (const Wire wire : kWires) {
+    const auto packet = encode(motors, wire);
+    const auto read = read_stamped_motors(packet, wire);
+    ASSERT_TRUE(read.has_value());
+    EXPECT_EQ(read->motors, motors.motors);
+    EXPECT_EQ(read->stamp_s, motors.stamp_s);
+    EXPECT_FALSE(read_motors(packet, wire).has_value());
+    EXPECT_FALSE(read_stamped_motors(encode(motors.motors, wire), wire).has_value());
+    EXPECT_FALSE(read_stamped_motors(encode(StampedMotors{{2, 0, 0, 0}, 1.0}, wire), wire).has_value());
+    EXPECT_FALSE(read_stamped_motors(encode(StampedMotors{{}, kInfinity}, wire), wire).has_value());
+  }
+}
+
 TEST(BetaflightSitlPackets, WhatIsWrittenIsRead) {
   for (const Wire wire : kWires) {
     const State state = rolling();
