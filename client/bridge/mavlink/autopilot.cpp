@@ -219,7 +219,6 @@ void Autopilot::tick(Stamp now) noexcept {
   }
   request_parameters(now);
   request_messages(now);
-  pursue(now);
 }
 
 void Autopilot::request_parameters(Stamp now) noexcept {

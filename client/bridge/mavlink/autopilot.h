@@ -72,7 +72,8 @@ class Autopilot {
   /// Sends what is due. To be called every few milliseconds.
   void tick(Stamp now) noexcept;
 
-  /// As FlightController::want(), by Pursuit; armed by us where that is configured.
+  /// As FlightController::want(), by Pursuit; armed by us where that is configured. Nothing is asked for between two
+  /// calls: what was heard since the last one may change the wish.
   void want(Stamp now, flight::Wanted wanted) noexcept;
   /// @param body_rates_B  FLU, rad/s   @param throttle  0 to 1
   void send_setpoint(Stamp now, const Eigen::Vector3d& body_rates_B, double throttle) noexcept;

@@ -78,7 +78,6 @@ void Px4Vehicle::pump() noexcept {
     if (const auto* arrived = box.read()) autopilot_.on_message(arrived->at, arrived->message);
   };
   std::apply([&](auto&... boxes) { (take(boxes), ...); }, boxes_.all);
-  autopilot_.tick(now());
 }
 
 void Px4Vehicle::on_message(const px4::Message& message) {

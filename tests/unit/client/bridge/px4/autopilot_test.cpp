@@ -296,6 +296,18 @@ TEST(Px4Autopilot, DisarmsOnTheGroundAndKillsInTheAir) {
   EXPECT_EQ(bench.controller.commands.back().param2, 21196.0F);
 }
 
+TEST(Px4Autopilot, AnOldWishDoesNotDisarmWhatAPersonJustArmed) {
+  Bench bench(bench_config());
+  bench.run(300ms);
+  bench.fly(1s, 0, {0, 0, 0}, Wanted::kDisarmed);
+  bench.controller.loop().arm_switch(bench.now(), true);
+  bench.run(300ms);
+  EXPECT_TRUE(bench.status().armed);
+  EXPECT_TRUE(bench.controller.armed()) << "nobody has told the wish again since that was heard";
+  bench.fly(20ms, 0, {0, 0, 0}, Wanted::kDisarmed);
+  EXPECT_FALSE(bench.controller.armed());
+}
+
 TEST(Px4Autopilot, WhoLeavesOffboardIsNotForcedBack) {
   Bench bench(bench_config());
   bench.run(300ms);

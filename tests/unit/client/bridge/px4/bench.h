@@ -46,7 +46,6 @@ class Bench final : private Px4Outlet {
   void pass() {
     clock.advance(std::chrono::milliseconds(1));
     controller.serve(now(), wall());
-    autopilot.tick(now());
   }
   void send(const px4::OffboardControlMode& message) noexcept override { controller.hear(now(), message); }
   void send(const px4::VehicleRatesSetpoint& message) noexcept override { controller.hear(now(), message); }
