@@ -62,9 +62,13 @@ class World {
   void turn_switch(Stamp now) {
     controller_.radio_us[4] = arm_switch ? 1900 : 1000;
     if (disarms) controller_.loop().arm_switch(now, false);
-    if (arm_switch == switched_on_) return;
-    switched_on_ = arm_switch;
-    controller_.loop().arm_switch(now, switched_on_);
+    if (!arm_switch) {
+      if (has_armed_) controller_.loop().arm_switch(now, false);
+      has_armed_ = false;
+    } else if (!has_armed_) {  // it arms as soon as it may, once
+      controller_.loop().arm_switch(now, true);
+      has_armed_ = controller_.armed();
+    }
   }
 
   void move(Stamp now) {
@@ -93,7 +97,7 @@ class World {
 
   QuadrotorModel model_;
   MavlinkController controller_;
-  bool switched_on_ = false;
+  bool has_armed_ = false;  // since the switch went on
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };
