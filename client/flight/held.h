@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "common/base/clock.h"
 
 namespace gatefield::flight {
@@ -10,16 +8,15 @@ namespace gatefield::flight {
 class Held {
  public:
   void update(Stamp now, bool holds) noexcept {
-    if (!holds)
-      since_.reset();
-    else if (!since_)
-      since_ = now;
+    if (holds && !holds_) since_ = now;
+    holds_ = holds;
   }
   /// True when it has held for `span` by `now`; a span of zero: when it holds.
-  bool for_at_least(Stamp now, Stamp span) const noexcept { return since_ && now - *since_ >= span; }
+  bool for_at_least(Stamp now, Stamp span) const noexcept { return holds_ && now - since_ >= span; }
 
  private:
-  std::optional<Stamp> since_;
+  bool holds_ = false;
+  Stamp since_{0};
 };
 
 }  // namespace gatefield::flight

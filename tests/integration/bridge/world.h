@@ -56,9 +56,13 @@ class World {
   void turn_switch(Stamp now) {
     controller_->radio_us[4] = arm_switch ? 1900 : 1000;
     if (disarms) controller_->loop().arm_switch(now, false);
-    if (arm_switch == switched_on_) return;
-    switched_on_ = arm_switch;
-    controller_->loop().arm_switch(now, switched_on_);
+    if (!arm_switch) {
+      if (has_armed_) controller_->loop().arm_switch(now, false);
+      has_armed_ = false;
+    } else if (!has_armed_) {  // it arms as soon as it may, once
+      controller_->loop().arm_switch(now, true);
+      has_armed_ = controller_->armed();
+    }
   }
 
   void move(Stamp now) {
@@ -74,7 +78,7 @@ class World {
   RateBody body_;
   const std::unique_ptr<Controller> controller_;
   const std::function<void(Controller*, Stamp)> serve_;
-  bool switched_on_ = false;
+  bool has_armed_ = false;
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };

@@ -79,7 +79,8 @@ TEST(RosEndpoint, MessagesGoFromOneProgramToAnother) {
   EXPECT_EQ(heard.image.data, image.data);
   EXPECT_EQ(image.data.size(), std::size_t{4} * 640 * 480) << "lent, and given back";
 
-  auto second = RosPublisher::open(test::own_domain(), "second", {.pose = "/t/pose"});
+  auto second =
+      RosPublisher::open(test::own_domain(), "second", RosTopics{.odometry = "", .pose = "/t/pose", .image = ""});
   ASSERT_TRUE(second.ok());
   ASSERT_TRUE(until([&] { (*second)->publish(ros::PoseStamped{}); }, [&] { return heard.poses > 0; }));
   EXPECT_NE(heard.from, program) << "programs are told apart";
@@ -100,8 +101,14 @@ TEST(RosEndpoint, WhatIsOutOfRangeIsRejectedWithItsField) {
 
 TEST(RosEndpoint, NamesThatAreNoTopicsAreRefused) {
   Heard heard;
-  EXPECT_EQ(RosListener::open(test::own_domain(), "x", {.pose = "pose"}, &heard).failure().field, "pose");
-  EXPECT_EQ(RosPublisher::open(test::own_domain(), "x", {.image = "/a//b"}).failure().field, "image");
+  EXPECT_EQ(RosListener::open(test::own_domain(), "x", RosTopics{.odometry = "", .pose = "pose", .image = ""}, &heard)
+                .failure()
+                .field,
+            "pose");
+  EXPECT_EQ(RosPublisher::open(test::own_domain(), "x", RosTopics{.odometry = "", .pose = "", .image = "/a//b"})
+                .failure()
+                .field,
+            "image");
 }
 
 }  // namespace
