@@ -97,13 +97,15 @@ TEST(RateLoop, OtherPacesAndOtherVehiclesAreMetWithinTenPercent) {
   EXPECT_NEAR(step_response(Flown(heavy), 0, 3.0).at_63_percent_s, 0.042, 0.002);
 }
 
-// What a vehicle's file says of its flight controller is what the loop here does with the vehicle.
+// What a vehicle's file says of its flight controller is what the loop here does with the vehicle; but for those whose
+// flight controller is another one, which tests with that one measure.
 TEST(RateLoop, TheLagsOfTheShippedVehiclesAreThoseOfTheLoop) {
   int looked_at = 0;
   for (const auto& entry : std::filesystem::directory_iterator(*config::config_folder() / "vehicles")) {
     const auto vehicle = config::load_vehicle(entry.path());
     ASSERT_TRUE(vehicle.ok()) << vehicle.error();
     if (vehicle->actuation.kind != Actuation::Kind::kBodyRates) continue;
+    if (entry.path().stem() == "racer-betaflight") continue;
     ++looked_at;
     const auto& told = vehicle->actuation;
     for (const auto& [axis, rate_rad_s] : {std::pair(0, 3.0), std::pair(1, 3.0), std::pair(2, 0.5)}) {

@@ -410,9 +410,15 @@ TEST(SimulationOptions, NonsenseIsRefused) {
   EXPECT_THAT(validate(options).error(), HasSubstr("10 to 1000 Hz"));
   options = {};
   options.firmware.emplace();
-  EXPECT_EQ(validate(options).failure().field, "timing") << "a firmware in lockstep";
+  EXPECT_TRUE(validate(options).ok()) << "lockstep";
   options.timing = protocol::Timing::kRealTime;
   EXPECT_TRUE(validate(options).ok());
+  options.px4.emplace();
+  EXPECT_EQ(validate(options).failure().field, "px4") << "two firmwares";
+  options.firmware.reset();
+  EXPECT_EQ(validate(options).failure().field, "timing") << "PX4 in real time";
+  options.px4.reset();
+  options.firmware.emplace();
   options.firmware->address = "serial:/dev/ttyACM0:115200";
   EXPECT_THAT(validate(options).error(), HasSubstr("expected tcp:HOST:PORT"));
   options.firmware.emplace().silence_limit = std::chrono::milliseconds(1);
