@@ -74,7 +74,13 @@ void BetaflightVehicle::apply(Stamp now, const sdk::Setpoint& setpoint) noexcept
   step(now, channels_.flying(setpoint.body_rates_rad_s, thrust_.command(now, setpoint.collective_thrust_n), true));
 }
 
-void BetaflightVehicle::hold(Stamp now) noexcept { step(now, channels_.standing(arms())); }
+void BetaflightVehicle::hold(Stamp now) noexcept { step(now, channels_.standing(arm_switch())); }
+
+/// The firmware takes no arm switch that went on while something stood against arming: it would have to go off first.
+bool BetaflightVehicle::arm_switch() const noexcept {
+  if (!arms() || !status_) return false;
+  return status_->armed || firmware_->arming_disabled == 0;
+}
 
 void BetaflightVehicle::step(Stamp now, const Channels::Pulses& pulses) noexcept {
   hear(now);

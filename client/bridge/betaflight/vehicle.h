@@ -82,6 +82,7 @@ class BetaflightVehicle final : public Vehicle, public flight::Actuator, public 
   void learn_gravity(const msp::RawImu& imu) noexcept;
   bool mode(std::uint8_t permanent) const noexcept;
   std::optional<flight::PilotSwitches> pilot_switches() const noexcept;
+  bool arm_switch() const noexcept;
   bool arms() const noexcept { return wanted_ == flight::Wanted::kArmed; }
 
   const Options options_;

@@ -220,7 +220,7 @@ TEST_F(BetaflightBridge, RealFirmwareFliesTheGate) {
     return motors;
   });
   Process server = programs_.server("server.log");
-  Process bridge = this->bridge(sitl::kMspPort, kOdometry, "", kByItself, 0.4);
+  Process bridge = this->bridge(sitl::kMspPort, kOdometry, "", std::string(kByItself) + "arming_limit: 15 ", 0.4);
   EXPECT_EQ(bridge.wait(120s).value_or(-1), 0) << bridge.output() << server.output();
   EXPECT_TRUE(world.passed) << bridge.output();
   EXPECT_TRUE(world.on_ground);

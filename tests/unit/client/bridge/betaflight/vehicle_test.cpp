@@ -125,6 +125,17 @@ TEST_F(BetaflightBridge, TheThrottleStaysDownUntilTheFirmwareSaysThatItIsArmed) 
   EXPECT_GT(board.loop().throttle(), 0.2);
 }
 
+TEST_F(BetaflightBridge, TheArmSwitchStaysOffWhileSomethingStandsAgainstArming) {
+  board.reasons = 1u << 5;  // it has just started
+  wanted = Wanted::kArmed;
+  run(500ms, std::nullopt);
+  EXPECT_FALSE(board.loop().armed());
+  EXPECT_LT(board.channels()[4], 1700) << "a switch that is on too early would have to go off first";
+  board.reasons = 0;
+  run(300ms, std::nullopt);
+  EXPECT_TRUE(board.loop().armed());
+}
+
 TEST_F(BetaflightBridge, RatesAreFlownAboutEveryAxisBothWays) {
   arm();
   for (int axis = 0; axis < 3; ++axis) {
