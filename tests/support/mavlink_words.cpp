@@ -158,7 +158,7 @@ void for_each_extreme_message(const std::function<void(const std::string&, const
                                        const std::string& name) {
     using Limits = std::numeric_limits<Number>;
     if constexpr (sizeof(Number) == 1) {
-      for (int value = Limits::min(); value <= Limits::max(); ++value) {
+      for (int value = int{Limits::min()}; value <= int{Limits::max()}; ++value) {
         *number = static_cast<Number>(value);
         use(name, message);
       }
