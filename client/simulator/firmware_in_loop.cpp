@@ -271,11 +271,7 @@ void FirmwareInLoop::watch(Stamp now) noexcept {
 }
 
 Error FirmwareInLoop::failure() const {
-  const auto told = [this](const std::string& what) {
-    std::string sentence = name_ + ": " + what;
-    for (const std::string& complaint : vehicle_->complaints()) sentence += "; " + complaint;
-    return Error(sentence, ErrorCode::kNotAnswering, "flight_controller");
-  };
+  const auto told = [this](const std::string& what) { return firmware_lost(name_, what, vehicle_->complaints()); };
   switch (trouble_) {
     case Trouble::kNone:
       break;

@@ -34,6 +34,12 @@ Result<std::array<Corner, kRotors>> corners(const QuadrotorModel& model) {
   return found;
 }
 
+Error firmware_lost(const std::string& name, const std::string& what, const std::vector<std::string>& complaints) {
+  std::string sentence = name + ": " + what;
+  for (const std::string& complaint : complaints) sentence += "; " + complaint;
+  return Error(sentence, ErrorCode::kNotAnswering, "flight_controller");
+}
+
 sdk::Setpoint hover_setpoint(const QuadrotorModel& model) noexcept {
   sdk::Setpoint setpoint;
   setpoint.collective_thrust_n = model.mass_kg * kGravity_m_s2;

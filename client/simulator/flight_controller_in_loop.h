@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "common/base/result.h"
 #include "common/config/scenario.h"
@@ -52,6 +53,9 @@ enum Corner : std::size_t { kRearRight, kFrontRight, kRearLeft, kFrontLeft };
 /// In which corner each rotor of the vehicle is.
 /// Errors: kInvalid ("quadrotor.rotor") when there is not one rotor in each.
 Result<std::array<Corner, kRotors>> corners(const QuadrotorModel& model);
+
+/// A firmware stopped flying: kNotAnswering ("flight_controller"), with what it says of itself behind what happened.
+Error firmware_lost(const std::string& name, const std::string& what, const std::vector<std::string>& complaints);
 
 /// Thrust of the weight, and no rates.
 sdk::Setpoint hover_setpoint(const QuadrotorModel& model) noexcept;

@@ -15,6 +15,20 @@ std::string milliseconds(Stamp span) { return text(seconds(span) * 1e3) + " ms";
 
 }  // namespace
 
+Status validate_link(Stamp link_delay, Stamp connect_timeout) {
+  if (link_delay < 0ms || link_delay > 200ms)
+    return Error::invalid("link_delay", milliseconds(link_delay), "0 to 200 ms");
+  if (connect_timeout < 100ms || connect_timeout > 10min)
+    return Error::invalid("connect_timeout", milliseconds(connect_timeout), "100 ms to 10 min");
+  return {};
+}
+
+Status validate_arming(bool arm_by_command, const RadioSwitches& radio) {
+  if (arm_by_command && radio.arm != 0)
+    return Error::invalid("arm_by_command", "true", "false where radio.arm names the person's switch");
+  return {};
+}
+
 Status validate(const MavlinkConfig& config) {
   if (const auto address = firmware::parse_address(config.link); !address)
     return address.failure().within("link: ", "link.");
@@ -25,12 +39,8 @@ Status validate(const MavlinkConfig& config) {
   for (const auto& [field, rate] :
        {std::pair("setpoint_rate_hz", config.setpoint_rate_hz), std::pair("state_rate_hz", config.state_rate_hz)})
     if (!(rate >= 20 && rate <= 500)) return Error::invalid(field, text(rate) + " Hz", "20 to 500 Hz");
-  if (config.link_delay < 0ms || config.link_delay > 200ms)
-    return Error::invalid("link_delay", milliseconds(config.link_delay), "0 to 200 ms");
-  if (config.connect_timeout < 100ms || config.connect_timeout > 10min)
-    return Error::invalid("connect_timeout", milliseconds(config.connect_timeout), "100 ms to 10 min");
-  if (config.arm_by_command && config.radio.arm != 0)
-    return Error::invalid("arm_by_command", "true", "false where radio.arm names the person's switch");
+  if (Status status = validate_link(config.link_delay, config.connect_timeout); !status) return status;
+  if (Status status = validate_arming(config.arm_by_command, config.radio); !status) return status;
   if (Status status = validate(config.time_sync); !status) return status;
   if (Status status = validate(config.state); !status) return status;
   if (Status status = validate(config.radio, mavlink::RcChannels::kChannels); !status) return status;

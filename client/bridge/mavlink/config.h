@@ -43,5 +43,9 @@ struct MavlinkConfig {
 
 /// Says which field is wrong and why.
 Status validate(const MavlinkConfig& config);
+/// Parts of it that every way to an autopilot has: "link_delay", "connect_timeout".
+Status validate_link(Stamp link_delay, Stamp connect_timeout);
+/// One of the two arms: "arm_by_command".
+Status validate_arming(bool arm_by_command, const RadioSwitches& radio);
 
 }  // namespace gatefield::bridge

@@ -108,13 +108,4 @@ void MavlinkVehicle::send(const mavlink::Message& message) noexcept {
     ++not_sent_;
 }
 
-std::optional<flight::TimedState> MavlinkVehicle::States::newest(Stamp) noexcept {
-  vehicle_.pump();
-  return vehicle_.autopilot_.state();
-}
-
-std::optional<flight::ControllerStatus> MavlinkVehicle::Controller::newest(Stamp) noexcept {
-  return vehicle_.autopilot_.status(vehicle_.now());
-}
-
 }  // namespace gatefield::bridge

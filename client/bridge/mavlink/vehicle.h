@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "client/bridge/autopilot_ports.h"
 #include "client/bridge/mavlink/autopilot.h"
-#include "client/bridge/rates_actuator.h"
 #include "client/bridge/vehicle.h"
 #include "client/firmware/link/link.h"
 #include "client/firmware/mavlink/frame_reader.h"
@@ -40,9 +40,9 @@ class MavlinkVehicle final : public Vehicle, private flight::LoopClock, private 
   /// Waits for the autopilot as open() does.
   Status connect(const std::atomic<bool>* cancel = nullptr);
 
-  flight::StateSource* states() noexcept override { return &states_; }
-  flight::Actuator& actuator() noexcept override { return actuator_; }
-  flight::FlightController& flight_controller() noexcept override { return controller_; }
+  flight::StateSource* states() noexcept override { return &ports_.states(); }
+  flight::Actuator& actuator() noexcept override { return ports_.actuator(); }
+  flight::FlightController& flight_controller() noexcept override { return ports_.flight_controller(); }
   flight::LoopClock* clock() noexcept override { return this; }
 
   /// As in report.h.
@@ -56,46 +56,11 @@ class MavlinkVehicle final : public Vehicle, private flight::LoopClock, private 
   void keep_alive(std::chrono::nanoseconds span) noexcept { sleep_until(now() + span); }
 
  private:
+  using Ports = AutopilotPorts<MavlinkVehicle, Autopilot>;
+  friend Ports;  // which pump, and ask for the time
+
   Stamp now() const noexcept override { return clock_->now(); }
   Stamp sleep_until(Stamp deadline) noexcept override;
-
-  class States final : public flight::StateSource {
-   public:
-    explicit States(MavlinkVehicle* vehicle) noexcept : vehicle_(*vehicle) {}
-    std::optional<flight::TimedState> newest(Stamp now) noexcept override;
-
-   private:
-    MavlinkVehicle& vehicle_;
-  };
-
-  class Rates final : public RatesActuator {
-   public:
-    explicit Rates(MavlinkVehicle* vehicle) noexcept
-        : RatesActuator(from_seconds(1.0 / vehicle->config_.setpoint_rate_hz), vehicle->config_.quadrotor,
-                        &vehicle->thrust_),
-          vehicle_(*vehicle) {}
-
-   private:
-    void send(Stamp now, const Eigen::Vector3d& body_rates_B, double throttle) noexcept override {
-      vehicle_.autopilot_.send_setpoint(now, body_rates_B, throttle);
-    }
-    std::optional<flight::ControllerStatus> status(Stamp now) noexcept override {
-      return vehicle_.autopilot_.status(now);
-    }
-    std::optional<flight::TimedState> state() noexcept override { return vehicle_.autopilot_.state(); }
-
-    MavlinkVehicle& vehicle_;
-  };
-
-  class Controller final : public flight::FlightController {
-   public:
-    explicit Controller(MavlinkVehicle* vehicle) noexcept : vehicle_(*vehicle) {}
-    std::optional<flight::ControllerStatus> newest(Stamp now) noexcept override;
-    void want(Stamp now, flight::Wanted wanted) noexcept override { vehicle_.autopilot_.want(now, wanted); }
-
-   private:
-    MavlinkVehicle& vehicle_;
-  };
 
   void send(const mavlink::Message& message) noexcept override;
   void pump() noexcept;
@@ -110,9 +75,7 @@ class MavlinkVehicle final : public Vehicle, private flight::LoopClock, private 
   mavlink::FrameReader reader_;
   Autopilot autopilot_;
   flight::ThrustEstimate thrust_;
-  States states_{this};
-  Rates actuator_{this};
-  Controller controller_{this};
+  Ports ports_{this, &autopilot_, config_.setpoint_rate_hz, config_.quadrotor, &thrust_};
   std::array<std::uint8_t, firmware::Link::kMaxMessage> buffer_{};
   std::uint8_t sequence_ = 0;
   std::uint64_t not_sent_ = 0;  // messages for which the link had no room

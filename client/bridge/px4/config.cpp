@@ -1,16 +1,11 @@
 #include "client/bridge/px4/config.h"
 
-#include <string>
 
 #include "common/base/text.h"
 #include "common/dds/px4/messages.h"
 
 namespace gatefield::bridge {
 namespace {
-
-using namespace std::chrono_literals;
-
-std::string milliseconds(Stamp span) { return text(seconds(span) * 1e3) + " ms"; }
 
 int channels(RadioFrom from) noexcept {
   return static_cast<int>(from == RadioFrom::kInputRc ? px4::InputRc::kChannels : px4::ManualControlSetpoint::kAuxes);
@@ -24,12 +19,8 @@ Status validate(const Px4Config& config) {
   if (config.own_component == 0) return Error::invalid("own_component", "0", "1 to 65535");
   if (!(config.setpoint_rate_hz >= 20 && config.setpoint_rate_hz <= 500))
     return Error::invalid("setpoint_rate_hz", text(config.setpoint_rate_hz) + " Hz", "20 to 500 Hz");
-  if (config.link_delay < 0ms || config.link_delay > 200ms)
-    return Error::invalid("link_delay", milliseconds(config.link_delay), "0 to 200 ms");
-  if (config.connect_timeout < 100ms || config.connect_timeout > 10min)
-    return Error::invalid("connect_timeout", milliseconds(config.connect_timeout), "100 ms to 10 min");
-  if (config.arm_by_command && config.radio.arm != 0)
-    return Error::invalid("arm_by_command", "true", "false where radio.arm names the person's switch");
+  if (Status status = validate_link(config.link_delay, config.connect_timeout); !status) return status;
+  if (Status status = validate_arming(config.arm_by_command, config.radio); !status) return status;
   if (Status status = validate(config.clock); !status) return status;
   if (Status status = validate(config.state); !status) return status;
   if (Status status = validate(config.radio, channels(config.radio_from)); !status) return status;

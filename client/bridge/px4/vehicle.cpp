@@ -95,13 +95,4 @@ void Px4Vehicle::on_rejected(std::string_view, const Error& why) {
   why_rejected_ = why;
 }
 
-std::optional<flight::TimedState> Px4Vehicle::States::newest(Stamp) noexcept {
-  vehicle_.pump();
-  return vehicle_.autopilot_.state();
-}
-
-std::optional<flight::ControllerStatus> Px4Vehicle::Controller::newest(Stamp) noexcept {
-  return vehicle_.autopilot_.status(vehicle_.now());
-}
-
 }  // namespace gatefield::bridge

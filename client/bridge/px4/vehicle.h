@@ -8,9 +8,9 @@
 #include <tuple>
 #include <vector>
 
+#include "client/bridge/autopilot_ports.h"
 #include "client/bridge/px4/autopilot.h"
 #include "client/bridge/px4/report.h"
-#include "client/bridge/rates_actuator.h"
 #include "client/bridge/vehicle.h"
 #include "client/flight/clock.h"
 #include "client/flight/thrust_estimate.h"
@@ -44,9 +44,9 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
                       std::unique_ptr<flight::LoopClock> clock = std::make_unique<flight::RealTimeClock>());
   ~Px4Vehicle() override;
 
-  flight::StateSource* states() noexcept override { return &states_; }
-  flight::Actuator& actuator() noexcept override { return actuator_; }
-  flight::FlightController& flight_controller() noexcept override { return controller_; }
+  flight::StateSource* states() noexcept override { return &ports_.states(); }
+  flight::Actuator& actuator() noexcept override { return ports_.actuator(); }
+  flight::FlightController& flight_controller() noexcept override { return ports_.flight_controller(); }
   flight::LoopClock* clock() noexcept override { return this; }
 
   /// As in report.h.
@@ -60,6 +60,9 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   void keep_alive(std::chrono::nanoseconds span) noexcept { sleep_until(now() + span); }
 
  private:
+  using Ports = AutopilotPorts<Px4Vehicle, Px4Autopilot>;
+  friend Ports;  // which pump, and ask for the time
+
   Status connect(const std::atomic<bool>* cancel);
   BusReport bus_report() const;
 
@@ -79,44 +82,6 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
     if (!endpoint_ || !endpoint_->publish(message)) ++not_sent_;
   }
 
-  class States final : public flight::StateSource {
-   public:
-    explicit States(Px4Vehicle* vehicle) noexcept : vehicle_(*vehicle) {}
-    std::optional<flight::TimedState> newest(Stamp now) noexcept override;
-
-   private:
-    Px4Vehicle& vehicle_;
-  };
-
-  class Rates final : public RatesActuator {
-   public:
-    explicit Rates(Px4Vehicle* vehicle) noexcept
-        : RatesActuator(from_seconds(1.0 / vehicle->config_.setpoint_rate_hz), vehicle->config_.quadrotor,
-                        &vehicle->thrust_),
-          vehicle_(*vehicle) {}
-
-   private:
-    void send(Stamp now, const Eigen::Vector3d& body_rates_B, double throttle) noexcept override {
-      vehicle_.autopilot_.send_setpoint(now, body_rates_B, throttle);
-    }
-    std::optional<flight::ControllerStatus> status(Stamp now) noexcept override {
-      return vehicle_.autopilot_.status(now);
-    }
-    std::optional<flight::TimedState> state() noexcept override { return vehicle_.autopilot_.state(); }
-
-    Px4Vehicle& vehicle_;
-  };
-
-  class Controller final : public flight::FlightController {
-   public:
-    explicit Controller(Px4Vehicle* vehicle) noexcept : vehicle_(*vehicle) {}
-    std::optional<flight::ControllerStatus> newest(Stamp now) noexcept override;
-    void want(Stamp now, flight::Wanted wanted) noexcept override { vehicle_.autopilot_.want(now, wanted); }
-
-   private:
-    Px4Vehicle& vehicle_;
-  };
-
   template <typename Kind>
   struct Arrived {
     Arrival at;
@@ -135,9 +100,7 @@ class Px4Vehicle final : public Vehicle, private flight::LoopClock, private px4:
   const std::unique_ptr<flight::LoopClock> clock_;
   Px4Autopilot autopilot_;
   flight::ThrustEstimate thrust_;
-  States states_{this};
-  Rates actuator_{this};
-  Controller controller_{this};
+  Ports ports_{this, &autopilot_, config_.setpoint_rate_hz, config_.quadrotor, &thrust_};
   std::uint64_t not_sent_ = 0;
 
   Boxes<px4::Message> boxes_;  // each: written on its topic's thread, read on the loop's
