@@ -1,12 +1,7 @@
 #pragma once
 
-#include <atomic>
-#include <chrono>
-#include <cstdint>
 #include <string>
 #include <string_view>
-
-#include "common/base/clock.h"
 
 /// What programs say to the person who runs them. Thread-safe: yes, but for start().   Real-time safe: no.
 namespace gatefield::log {
@@ -17,33 +12,5 @@ void debug(std::string_view message);
 void info(std::string_view message);
 void warn(std::string_view message);
 void error(std::string_view message);
-
-/// Lets one message through per period and says how many it held back, so that a hostile peer can't fill the disk.
-/// Thread-safe: yes.
-class RateLimiter {
- public:
-  explicit RateLimiter(std::chrono::milliseconds period = std::chrono::seconds(1)) : period_(period) {}
-
-  /// True when a message may be written now; `suppressed` then says how many were held back since the last one.
-  bool admit(Stamp now, unsigned* suppressed) noexcept {
-    auto last = last_.load(std::memory_order_relaxed);
-    if (last != kNever && now.count() - last < std::chrono::nanoseconds(period_).count()) {
-      held_.fetch_add(1, std::memory_order_relaxed);
-      return false;
-    }
-    if (!last_.compare_exchange_strong(last, now.count(), std::memory_order_relaxed)) {
-      held_.fetch_add(1, std::memory_order_relaxed);
-      return false;
-    }
-    *suppressed = held_.exchange(0, std::memory_order_relaxed);
-    return true;
-  }
-
- private:
-  static constexpr std::int64_t kNever = INT64_MIN;
-  std::chrono::milliseconds period_;
-  std::atomic<std::int64_t> last_{kNever};
-  std::atomic<unsigned> held_{0};
-};
 
 }  // namespace gatefield::log

@@ -5,10 +5,10 @@
 #include <fastdds/rtps/transport/TransportReceiverInterface.h>
 #include <fastrtps/utils/IPLocator.h>
 
-#include <mutex>
 #include <utility>
 
 #include "common/base/clock.h"
+#include "common/base/rate_limiter.h"
 
 namespace gatefield::dds {
 namespace {
@@ -16,36 +16,25 @@ namespace {
 namespace rtps = eprosima::fastdds::rtps;
 using eprosima::fastrtps::rtps::Locator_t;
 
-constexpr Stamp kTellEvery = std::chrono::seconds(1);
-
-/// Counts what is dropped, and tells of it now and then.
+/// Tells of what is dropped, now and then.
 class Drops {
  public:
   explicit Drops(std::function<void(const DroppedPackets&)> tell) : tell_(std::move(tell)) {}
 
   void count(const PacketVerdict& verdict, const Locator_t& sender) {
+    unsigned untold = 0;
+    if (!limiter_.admit(MonotonicClock().now(), &untold) || !tell_) return;
     DroppedPackets told;
-    {
-      const std::lock_guard lock(mutex_);
-      ++untold_;
-      const Stamp now = MonotonicClock().now();
-      if (ever_told_ && now - told_at_ < kTellEvery) return;
-      ever_told_ = true;
-      told_at_ = now;
-      told.count = std::exchange(untold_, 0);
-    }
+    told.count = untold + 1u;
     told.fault = verdict.fault;
     told.submessage = verdict.submessage;
     told.sender = eprosima::fastrtps::rtps::IPLocator::toIPv4string(sender) + ":" + std::to_string(sender.port);
-    if (tell_) tell_(told);
+    tell_(told);
   }
 
  private:
   const std::function<void(const DroppedPackets&)> tell_;
-  std::mutex mutex_;
-  std::uint64_t untold_ = 0;
-  bool ever_told_ = false;
-  Stamp told_at_{0};
+  RateLimiter limiter_{std::chrono::seconds(1)};
 };
 
 class GuardedTransport final : public rtps::ChainingTransport {

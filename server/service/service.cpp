@@ -7,6 +7,7 @@
 #include <random>
 #include <utility>
 
+#include "common/base/logging.h"
 #include "common/base/text.h"
 #include "common/protocol/validate.h"
 

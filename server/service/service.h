@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "common/base/clock.h"
-#include "common/base/logging.h"
+#include "common/base/rate_limiter.h"
 #include "common/base/result.h"
 #include "common/protocol/messages.h"
 #include "server/perception/gate_sensor.h"
@@ -164,8 +164,8 @@ class Service {
   std::atomic<bool> stopping_{false};  // changed under the queue's mutex
 
   std::atomic<std::uint64_t> strays_{0};
-  log::RateLimiter stray_log_;
-  log::RateLimiter refusal_log_;
+  RateLimiter stray_log_;
+  RateLimiter refusal_log_;
   Stamp next_telemetry_{0};
   Stamp next_log_{0};
   std::map<std::string, Told> told_;  // by vehicle
