@@ -1,6 +1,5 @@
 #include "client/bridge/px4/config.h"
 
-
 #include "common/base/text.h"
 #include "common/dds/px4/messages.h"
 
