@@ -14,6 +14,7 @@
 #include "client/flight/clock.h"
 #include "gatefield/sdk/publisher.h"
 #include "tests/integration/betaflight/real_firmware.h"
+#include "tests/integration/bridge/camera_program.h"
 #include "tests/integration/race/programs.h"
 #include "tests/support/betaflight_controller.h"
 #include "tests/support/rate_body.h"
@@ -66,7 +67,9 @@ class World {
  public:
   /// Outputs of the motors (rear right, front right, rear left, front left) for what the sensors say.
   using Motors = std::function<std::array<double, 4>(Stamp, const RateBody&)>;
-  explicit World(Motors motors) : motors_(std::move(motors)), thread_([this] { run(); }) {}
+  /// @param camera  told where the body is; may be null
+  explicit World(Motors motors, CameraProgram* camera = nullptr)
+      : motors_(std::move(motors)), camera_(camera), thread_([this] { run(); }) {}
   ~World() {
     ending_ = true;
     thread_.join();
@@ -81,6 +84,10 @@ class World {
  private:
   static constexpr Stamp kStep = 1ms;
 
+  static Eigen::Isometry3d pose_of(const QuadrotorState& state) {
+    return Eigen::Translation3d(state.p_WB) * Eigen::Quaterniond(state.q_WB);
+  }
+
   void run() {
     flight::RealTimeClock clock;
     for (Stamp due = clock.now(); !ending_; due += kStep) {
@@ -90,10 +97,12 @@ class World {
       on_ground = body_.on_ground;
       highest_m = std::max<double>(highest_m, body_.state.p_WB.z());
       capture.publish(now, body_.state);
+      if (camera_ != nullptr) camera_->set_pose(pose_of(body_.state));
     }
   }
 
   const Motors motors_;
+  CameraProgram* const camera_;
   RateBody body_;
   std::atomic<bool> ending_{false};
   std::thread thread_;
@@ -144,12 +153,17 @@ class BetaflightBridge : public testing::Test {
   /// @param states  the section's topic   @param more  of the section betaflight, of safety
   Process bridge(std::uint16_t msp_port, const std::string& states, const std::string& betaflight,
                  const std::string& safety, double hover_throttle = 0.43) const {
+    return start("course: 'one-gate'", msp_port, states, betaflight, "needs_field: false needs_depth: false " + safety,
+                 hover_throttle);
+  }
+  /// @param head  course, and what else stands beside the sections
+  Process start(const std::string& head, std::uint16_t msp_port, const std::string& states,
+                const std::string& betaflight, const std::string& safety, double hover_throttle = 0.43) const {
     std::ofstream(programs_.file("bridge.txt"))
-        << "vehicle: 'racer-rates' course: 'one-gate' session { domain: " << programs_.domain()
-        << " speed_limit_m_s: 3 connect_timeout: 20 } safety { needs_field: false needs_depth: false round_trip_max: "
-           "0.4 take_off_height_m: 1.5 "
-        << safety << " } thrust { hover_throttle: " << hover_throttle << " } states { " << states
-        << MotionCapture::kConfig << " } betaflight { link: 'tcp:127.0.0.1:" << msp_port << "' " << betaflight << " }";
+        << "vehicle: 'racer-rates' " << head << " session { domain: " << programs_.domain()
+        << " speed_limit_m_s: 3 connect_timeout: 20 } safety { round_trip_max: 0.4 take_off_height_m: 1.5 " << safety
+        << " } thrust { hover_throttle: " << hover_throttle << " } states { " << states << MotionCapture::kConfig
+        << " } betaflight { link: 'tcp:127.0.0.1:" << msp_port << "' " << betaflight << " }";
     return Process((kPrograms / "gatefield-bridge").string(),
                    {"betaflight", "--config", programs_.file("bridge.txt").string()}, programs_.file("bridge.log"));
   }
@@ -187,6 +201,27 @@ TEST_F(BetaflightBridge, OfPosesAloneItFliesTheGateAndDisarmsByItself) {
   EXPECT_TRUE(world.passed) << bridge.output();
   EXPECT_TRUE(world.on_ground);
   EXPECT_FALSE(board.armed);
+}
+
+TEST_F(BetaflightBridge, ADepthCamerasProgramShowsItWhereTheGateReallyIs) {
+  // The course has the gate 0.7 m from where it stands: whoever flies there meets its frame.
+  std::ofstream(programs_.file("course.txt"))
+      << "laps: 1 closed: false waypoint { position { x: 8 y: 0.7 z: 1.5 } yaw_deg: 0 } "
+         "gate { inner_half_m: 0.5 outer_half_m: 0.75 thickness_m: 0.06 } "
+         "start { position { x: 0 y: 0 z: 1.5 } yaw_deg: 0 } "
+         "flight_volume { min { x: -3 y: -6 z: 0 } max { x: 16 y: 6 z: 5 } } floor { z: 0 }";
+  scene::World seen;
+  seen.gates.resize(1);
+  seen.gates[0].X_WG.translation() = Eigen::Vector3d(8, 0, 1.5);
+  Process server = programs_.server("server.log");
+  Board board(false);
+  CameraProgram camera(seen);
+  World world([&](Stamp now, const RateBody& body) { return board.motors(now, body); }, &camera);
+  Process bridge = start("course: 'course.txt' depth { image: '" + std::string(CameraProgram::kTopic) + "' }",
+                         board.port, kOdometry, "", kByItself);
+  EXPECT_EQ(bridge.wait(120s).value_or(-1), 0) << bridge.output() << server.output();
+  EXPECT_TRUE(world.passed) << bridge.output();
+  EXPECT_TRUE(world.on_ground);
 }
 
 TEST_F(BetaflightBridge, AMotionCaptureThatStopsInTheAirEndsInALevelDescent) {
