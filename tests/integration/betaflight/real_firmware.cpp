@@ -43,7 +43,7 @@ std::unique_ptr<firmware::Link> connect() {
 void type(firmware::Link& link, const std::string& line) {
   (void)link.send(std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size()));
   std::string said;
-  while (said.find("# ") == std::string::npos && link.wait(2s)) {
+  while (said.find("# ") == std::string::npos && link.wait(10s)) {
     std::array<std::uint8_t, 1024> buffer{};
     const auto got = link.receive(buffer);
     if (got.broken != 0) return;
@@ -103,6 +103,7 @@ RealFirmware::RealFirmware(const std::filesystem::path& folder, const std::vecto
   if (!process_->wait(5s)) process_->stop(0ms);
   start();
   (void)connect();  // it serves again
+  std::this_thread::sleep_for(1s);  // 4.4 serves one at a time, and is slow to see that this one has gone
 }
 
 void RealFirmware::start() {

@@ -240,7 +240,8 @@ TEST_F(BetaflightBridge, RealFirmwareFliesTheGate) {
   if (RealFirmware::program().empty())
     GTEST_SKIP() << "left out: GATEFIELD_BETAFLIGHT_SITL names no program (Betaflight built for the target SITL)";
   auto settings = bridge_settings("ACTUAL", 20, 67, 0);
-  settings.insert(settings.end(), {"set throttle_boost = 0", "set rc_smoothing = OFF"});
+  settings.insert(settings.end(),
+                  {"set throttle_boost = 0", "set rc_smoothing = OFF", "set serial_update_rate_hz = 1000"});
   const RealFirmware firmware(programs_.file("firmware"), settings);
   const MonotonicClock clock;
   auto exchange = sitl::Exchange::open({.wire = RealFirmware::wire()}, clock);
