@@ -95,6 +95,8 @@ function(gatefield_test name)
     set(ARG_TIMEOUT 120)
   endif()
   gatefield_executable(${name} "${ARG_SOURCES}" "${ARG_LIBRARIES};GTest::gmock;GTest::gtest_main" "${ARG_INSIDE}")
+  # A test's own code need not be fast: -O1 compiles it in two thirds of the time. What it tests stays as it is.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_compile_definitions(${name} PRIVATE
     GATEFIELD_SOURCE_DIR="${PROJECT_SOURCE_DIR}" GATEFIELD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   add_test(NAME ${name} COMMAND ${name})
