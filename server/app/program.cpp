@@ -1,11 +1,11 @@
 #include "server/app/program.h"
 
-#include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -18,6 +18,8 @@
 #include "common/protocol/validate.h"
 #include "server/app/data_files.h"
 #include "server/app/dds_transport.h"
+#include "server/app/signals.h"
+#include "server/app/watch.h"
 #include "server/kernels/backend.h"
 #include "server/kernels/crew.h"
 #include "server/planner/planner.h"
@@ -43,28 +45,6 @@ std::string lock_memory() {
   return {};
 }
 
-/// SIGINT and SIGTERM, taken by the thread that made this alone: all others inherit the mask.
-class EndingSignals {
- public:
-  EndingSignals() {
-    sigemptyset(&set_);
-    sigaddset(&set_, SIGINT);
-    sigaddset(&set_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
-  }
-  const char* wait() const {
-    int signal = 0;
-    while (signal <= 0) {
-      const timespec second{1, 0};
-      signal = sigtimedwait(&set_, nullptr, &second);
-    }
-    return signal == SIGINT ? "SIGINT" : "SIGTERM";
-  }
-
- private:
-  sigset_t set_;
-};
-
 Result<std::filesystem::path> profiles_folder(const Options& options) {
   if (!options.profiles.empty()) return std::filesystem::path(options.profiles);
   auto found = config::config_folder();
@@ -72,9 +52,21 @@ Result<std::filesystem::path> profiles_folder(const Options& options) {
   return *found / "profiles";
 }
 
-service::Factories factories(const Options& options, const Eyes& eyes,
-                             const std::map<std::string, planner::Profile>& profiles,
-                             const planner::PlannerOptions& planning) {
+/// What lies in the folder, as these eyes can fly by it.
+Result<service::Profiles> profiles_for(const Eyes& eyes, const std::filesystem::path& folder) {
+  auto profiles = load_profiles(folder);
+  if (profiles && eyes.blind)
+    for (auto& [name, profile] : profiles.value()) profile.unseen_speed_factor = 1.0;
+  return profiles;
+}
+
+std::string names_of(const service::Profiles& profiles) {
+  std::string names;
+  for (const auto& [name, profile] : profiles) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
+service::Factories factories(const Options& options, const Eyes& eyes, const planner::PlannerOptions& planning) {
   service::Factories made;
   made.planner = [cone_angle_rad = eyes.cone_angle_rad, planning](const planner::Profile& profile,
                                                                   const protocol::SessionRequest& request) {
@@ -84,8 +76,8 @@ service::Factories factories(const Options& options, const Eyes& eyes,
   };
   made.sensor = eyes.sensor;
   if (!options.trace.folder.empty())
-    made.observer = [&profiles, trace = options.trace](const protocol::SessionRequest& request) {
-      return make_tracer(request, profiles.at(request.profile), trace);
+    made.observer = [trace = options.trace](const planner::Profile& profile, const protocol::SessionRequest& request) {
+      return make_tracer(request, profile, trace);
     };
   return made;
 }
@@ -94,7 +86,8 @@ service::Factories factories(const Options& options, const Eyes& eyes,
 
 int serve(const std::string& program, const Options& options,
           const std::function<Result<Eyes>(const kernels::Backend&)>& open_eyes) {
-  log::start(program, options.log_level);
+  log::start(program, options.log_level, options.log_format == "json" ? log::Format::kJson : log::Format::kText);
+  const Signals signals;  // before any thread is there: one that doesn't block them would end the program
   const auto fail_with = [&program](int code, const std::string& sentence) { return fail(program, code, sentence); };
   const auto backend = kernels::select_backend(options.isa);
   if (!backend) return fail_with(kBadInput, "--isa: " + backend.error());
@@ -102,15 +95,10 @@ int serve(const std::string& program, const Options& options,
     return fail_with(kBadInput, status.error());
   const auto folder = profiles_folder(options);
   if (!folder) return fail_with(kBadInput, folder.error());
-  auto profiles = load_profiles(*folder);
-  if (!profiles) return fail_with(kBadInput, profiles.error());
   const auto eyes = open_eyes(**backend);
   if (!eyes) return fail_with(kBadInput, eyes.error());
-  std::string names;
-  for (auto& [name, profile] : profiles.value()) {
-    names += (names.empty() ? "" : ", ") + name;
-    if (eyes->blind) profile.unseen_speed_factor = 1.0;
-  }
+  const auto profiles = profiles_for(*eyes, *folder);
+  if (!profiles) return fail_with(kBadInput, profiles.error());
 
   service::ServiceOptions serving;
   serving.name = options.name;
@@ -128,28 +116,48 @@ int serve(const std::string& program, const Options& options,
 
   log::info("GATEFIELD " GATEFIELD_VERSION ", instruction set " + serving.isa + ", " + eyes->words);
   for (const std::string& warning : eyes->warnings) log::warn(warning);
-  log::info("profiles " + names + " (" + folder->string() + "), " + std::to_string(serving.control_threads) +
-            " control and " + std::to_string(serving.perception_threads) + " perception threads, at most " +
-            std::to_string(serving.max_vehicles) + " vehicles");
+  log::info("profiles " + names_of(*profiles) + " (" + folder->string() + "), " +
+            std::to_string(serving.control_threads) + " control and " + std::to_string(serving.perception_threads) +
+            " perception threads, at most " + std::to_string(serving.max_vehicles) + " vehicles");
   if (options.realtime)
     if (const std::string why = lock_memory(); !why.empty()) log::warn(why);
 
-  const EndingSignals ending;
   const MonotonicClock clock;
   DdsTransport transport;
-  service::Service service(serving, factories(options, *eyes, *profiles, {.crew = &crew, .backend = *backend}), &clock,
+  service::Service service(serving, factories(options, *eyes, {.crew = &crew, .backend = *backend}), &clock,
                            &transport);
   transport.attach(&service);
-  auto endpoint = dds::ServerEndpoint::create(
-      options.domain, options.name, &transport,
-      {.on_packets_dropped = [](const dds::DroppedPackets& dropped) { log::warn(in_words(dropped)); }});
+  std::atomic<std::uint64_t> packets_dropped{0};
+  const auto on_packets_dropped = [&packets_dropped](const dds::DroppedPackets& dropped) {
+    packets_dropped.fetch_add(dropped.count, std::memory_order_relaxed);
+    log::warn(in_words(dropped));
+  };
+  auto endpoint =
+      dds::ServerEndpoint::create(options.domain, options.name, &transport, {.on_packets_dropped = on_packets_dropped});
   if (!endpoint) return fail_with(kNotJoined, endpoint.error());
   transport.attach(endpoint.value().get());
   service.start();
   if (const std::string why = service.realtime_complaint(); !why.empty()) log::warn(why);
+
+  Watch watch({.service = &service,
+               .clock = &clock,
+               .words = {.version = GATEFIELD_VERSION,
+                         .name = options.name,
+                         .isa = serving.isa,
+                         .model_hash = eyes->model_hash,
+                         .domain = options.domain},
+               .packets_dropped = [&packets_dropped] { return packets_dropped.load(std::memory_order_relaxed); },
+               .reload =
+                   [&] {
+                     auto again = profiles_for(*eyes, *folder);
+                     if (!again) return log::error("SIGHUP: the profiles stay as they are: " + again.error());
+                     log::info("SIGHUP: profiles " + names_of(*again) + " for sessions that begin from now on");
+                     service.set_profiles(std::move(again).value());
+                   }});
+  if (const Status offered = watch.offer(options.metrics); !offered) return fail_with(kBadInput, offered.error());
   log::info("ready: server " + options.name + " in DDS domain " + std::to_string(options.domain));
 
-  const std::string signal = ending.wait();
+  const std::string signal = watch.run(signals);
   log::info(signal + ": telling " + std::to_string(service.sessions()) + " vehicles, then ending");
   service.stop();
   endpoint.value().reset();  // hears nothing more; the service may go then
@@ -181,6 +189,12 @@ void add_options(CLI::App* app, Options* options) {
   app->add_option("--log-level", options->log_level, "What to write to standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
+  app->add_option("--log-format", options->log_format, "Lines for people, or one JSON object a line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
+  app->add_option("--metrics", options->metrics,
+                  "Address for the pages /metrics (Prometheus) and /healthz, such as 127.0.0.1:9464; none unless told")
+      ->type_name("HOST:PORT");
   app->add_flag("--realtime", options->realtime,
                 "Real-time priority for the control threads, and all memory locked; says so when it is not permitted");
   app->add_option("--trace", options->trace.folder,

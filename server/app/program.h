@@ -33,6 +33,8 @@ struct Options {
   int max_vehicles = 8;
   std::string isa = "auto";
   std::string log_level = "info";
+  std::string log_format = "text";
+  std::string metrics;
   bool realtime = false;
   std::vector<int> cores;
   TraceOptions trace;
@@ -50,7 +52,7 @@ struct Eyes {
   std::function<Result<std::unique_ptr<perception::GateSensor>>(const protocol::SessionRequest&)> sensor;
 };
 
-/// Serves until SIGINT or SIGTERM. @param open_eyes  called once the log is there and the kernels' back end is chosen
+/// Serves until SIGINT or SIGTERM; SIGHUP reads the profiles again. @param open_eyes  called once the log is there and the kernels' back end is chosen
 /// @return the exit code; what went wrong was told on standard error
 int serve(const std::string& program, const Options& options,
           const std::function<Result<Eyes>(const kernels::Backend&)>& open_eyes);

@@ -7,6 +7,7 @@
 namespace gatefield::pilot {
 
 void Account::note(Note note) {
+  count(noted[index(note.code)]);
   note.sentence = shown(note.sentence, protocol::kMaxReasonLength);
   for (std::string* const part : {&note.field, &note.value, &note.expected})
     *part = shown(*part, protocol::kMaxFieldLength);

@@ -1,14 +1,17 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
 
+#include "common/base/error_name.h"
 #include "common/protocol/messages.h"
 #include "server/pilot/note.h"
 #include "server/pilot/plan_guard.h"
+#include "server/pilot/step_times.h"
 
 namespace gatefield::pilot {
 
@@ -25,6 +28,8 @@ class Account {
   Counter frames_received{0}, frames_rejected{0}, frames_invalid{0};
   Counter commands_sent{0}, commands_lost{0}, deadlines_missed{0};  ///< lost: not taken by the transport
   std::atomic<std::int64_t> encode_time_ns{0};                      ///< of the newest frame
+  std::array<Counter, kErrorCodes> noted{};                         ///< note() by its code
+  StepTimes steps;
 
   /// Why a sample was not used. Texts are cut to what telemetry carries, without control characters.
   void note(Note note);

@@ -66,6 +66,7 @@ class Pilot {
 
   // ---- for people (one thread: housekeeping) ----------------------------------------------------------------------
   void fill(Stamp now, protocol::Telemetry* telemetry);
+  const Account& account() const noexcept { return shared_.account; }
   /// What is wrong now.
   protocol::Problems problems() { return health().problems; }
   /// What went wrong since the last call, for the log: empty when nothing did.

@@ -381,6 +381,7 @@ void Stepping::solved(std::chrono::nanoseconds took) noexcept {
   unsolved_ = false;
   const std::chrono::nanoseconds solve = std::max(took, std::chrono::nanoseconds{0});
   state_.delay.solve(solve);
+  shared_->account.steps.add(solve);
   state_.command.health.solve_time_s = seconds(solve);
   shared_->healths.write(state_.command.health);
   if (by_rates()) identify();

@@ -23,10 +23,29 @@ constexpr std::chrono::nanoseconds kLogPeriod = 1s;
 /// Ends a line of the log that stands for those that were held back.
 std::string and_others(unsigned held) { return held ? " (and " + std::to_string(held) + " others)" : ""; }
 
+Figures::Totals totals_of(const pilot::Account& account) {
+  const auto value = [](const auto& counter) { return counter.load(std::memory_order_relaxed); };
+  Figures::Totals totals;
+  totals.states_received = value(account.states_received);
+  totals.states_rejected = value(account.states_rejected);
+  totals.frames_received = value(account.frames_received);
+  totals.frames_rejected = value(account.frames_rejected);
+  totals.frames_invalid = value(account.frames_invalid);
+  totals.commands_sent = value(account.commands_sent);
+  totals.deadlines_missed = value(account.deadlines_missed);
+  for (std::size_t i = 0; i < totals.samples_refused.size(); ++i) totals.samples_refused[i] = value(account.noted[i]);
+  totals.steps = account.steps.counts();
+  return totals;
+}
+
 }  // namespace
 
 Service::Service(ServiceOptions options, Factories factories, const Clock* clock, Transport* transport)
-    : options_(std::move(options)), factories_(std::move(factories)), clock_(clock), transport_(transport) {}
+    : options_(std::move(options)),
+      profiles_(options_.profiles),
+      factories_(std::move(factories)),
+      clock_(clock),
+      transport_(transport) {}
 
 Service::~Service() { stop(); }
 
@@ -38,6 +57,7 @@ void Service::start() {
       std::make_unique<PerceptionPool>(options_.perception_threads, clock_, [this](const pilot::Pilot& pilot) {
         if (pilot.lockstep()) control_->wake(&pilot);
       });
+  make_figures({}, clock_->now());
   housekeeper_ = std::thread([this] { run(); });
 }
 
@@ -80,6 +100,15 @@ void Service::on_gone(const std::string& vehicle, std::uint64_t request) {
     const std::lock_guard lock(queue_mutex_);
     if (stopping_ || queue_.size() >= 2 * kMaxQueue) return;  // the session then ends for want of states
     queue_.emplace_back(Gone{vehicle, request});
+  }
+  queue_filled_.notify_one();
+}
+
+void Service::set_profiles(Profiles profiles) {
+  {
+    const std::lock_guard lock(queue_mutex_);
+    if (stopping_) return;
+    queue_.emplace_back(std::move(profiles));
   }
   queue_filled_.notify_one();
 }
@@ -146,18 +175,19 @@ void Service::run() {
 
 void Service::housekeep() {
   // What comes meanwhile waits for the next turn: requests without end must not keep sessions from ending.
-  std::deque<std::variant<Asked, Gone>> queue;
+  decltype(queue_) queue;
   {
     const std::lock_guard lock(queue_mutex_);
     queue.swap(queue_);
   }
-  for (const std::variant<Asked, Gone>& item : queue) {
+  for (auto& item : queue) {
     if (const auto* const asked = std::get_if<Asked>(&item)) {
       answer(*asked);
+    } else if (const auto* const gone = std::get_if<Gone>(&item)) {
+      const std::shared_ptr<pilot::Pilot> pilot = session_of(gone->vehicle);
+      if (pilot && pilot->request().request == gone->request) end(pilot, "its client is gone");
     } else {
-      const Gone& gone = std::get<Gone>(item);
-      const std::shared_ptr<pilot::Pilot> pilot = session_of(gone.vehicle);
-      if (pilot && pilot->request().request == gone.request) end(pilot, "its client is gone");
+      profiles_ = std::move(std::get<Profiles>(item));
     }
   }
 
@@ -176,6 +206,34 @@ void Service::housekeep() {
   }
   std::erase_if(all, [this](const auto& pilot) { return session_of(pilot->vehicle()) != pilot; });
   tell(all, now);
+  if (now >= next_figures_) {
+    next_figures_ = now + options_.figures_period;
+    make_figures(all, now);
+  }
+}
+
+std::shared_ptr<const Figures> Service::figures() const {
+  const std::lock_guard lock(figures_mutex_);
+  return figures_;
+}
+
+void Service::make_figures(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now) {
+  auto made = std::make_shared<Figures>();
+  made->made = now;
+  made->step_since = std::min(now, control_ ? control_->step_since() : now);
+  made->totals = ended_;
+  made->sessions_begun = sessions_begun_;
+  made->strays = strays();
+  made->requests_refused = requests_refused_;
+  for (const auto& pilot : pilots) {
+    Figures::Vehicle& vehicle = made->vehicles.emplace_back();
+    pilot->fill(now, &vehicle.telemetry);
+    vehicle.silent_s = seconds(now - pilot->intake().last_heard());
+    vehicle.lockstep = pilot->lockstep();
+    made->totals += totals_of(pilot->account());
+  }
+  const std::lock_guard lock(figures_mutex_);
+  figures_ = std::move(made);
 }
 
 void Service::tell(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now) {
@@ -272,20 +330,21 @@ void Service::answer(const Asked& asked) {
 }
 
 Status Service::check_profile(const protocol::SessionRequest& request) const {
-  if (options_.profiles.contains(request.profile)) return {};
+  if (profiles_.contains(request.profile)) return {};
   std::string known;
-  for (const auto& [name, unused] : options_.profiles) known += (known.empty() ? "" : ", ") + name;
+  for (const auto& [name, unused] : profiles_) known += (known.empty() ? "" : ", ") + name;
   return Error::invalid("profile", "\"" + request.profile + "\"", "one of: " + known, ErrorCode::kUnknownName);
 }
 
 Result<pilot::PilotParts> Service::parts_for(const protocol::SessionRequest& request) const {
-  auto planner = factories_.planner(options_.profiles.at(request.profile), request);
+  const planner::Profile& profile = profiles_.at(request.profile);
+  auto planner = factories_.planner(profile, request);
   if (!planner) return planner.failure();
   auto sensor = factories_.sensor(request);
   if (!sensor) return sensor.failure();
   pilot::PilotParts parts;
   if (factories_.observer) {
-    auto observer = factories_.observer(request);
+    auto observer = factories_.observer(profile, request);
     if (!observer) return observer.failure();
     parts.observer = std::move(observer).value();
   }
@@ -321,9 +380,10 @@ void Service::accept(pilot::PilotParts parts) {
     perception_->add(pilot);
     control_->add(pilot);
   }
+  ++sessions_begun_;
   // Last: the first state may come as soon as the vehicle hears of it, and has to find somebody to wake.
   transport_->send(reply_to(*pilot));
-  const planner::Profile& profile = options_.profiles.at(request.profile);
+  const planner::Profile& profile = profiles_.at(request.profile);
   log::info(
       "vehicle " + request.vehicle + ": session " + std::to_string(pilot->session()) + ", profile " + profile.name +
       ", " + (pilot->lockstep() ? "lockstep" : "real time at " + text(profile.control_rate_hz) + " Hz") + ", " +
@@ -344,6 +404,7 @@ void Service::warn_of_openings(const protocol::SessionRequest& request) const {
 }
 
 void Service::refuse(const protocol::SessionRequest& request, const Error& why) {
+  ++requests_refused_[index(why.code)];
   tell_no(request, why);
   unsigned held = 0;
   if (refusal_log_.admit(clock_->now(), &held))
@@ -365,8 +426,8 @@ void Service::tell_no(const protocol::SessionRequest& request, const Error& why)
   transport_->send(reply);
 }
 
-protocol::SessionReply Service::reply_to(const pilot::Pilot& pilot) const {
-  const planner::Profile& profile = options_.profiles.at(pilot.request().profile);
+protocol::SessionReply Service::reply_to(pilot::Pilot& pilot) const {
+  const planner::Profile& profile = pilot.stepping().planner().profile();
   protocol::SessionReply reply;
   reply.vehicle = pilot.vehicle();
   reply.request = pilot.request().request;
@@ -394,10 +455,13 @@ void Service::end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string&
   log::info("vehicle " + pilot->vehicle() + ": session " + std::to_string(pilot->session()) + " ended, " + why);
 }
 
+/// Nothing counts in its account any more when this returns.
 void Service::detach(const pilot::Pilot& pilot) {
-  if (!control_) return;
-  control_->remove(&pilot);
-  perception_->remove(&pilot);
+  if (control_) {
+    control_->remove(&pilot);
+    perception_->remove(&pilot);
+  }
+  ended_ += totals_of(pilot.account());
 }
 
 }  // namespace gatefield::service

@@ -24,10 +24,13 @@
 #include "server/pilot/pilot.h"
 #include "server/planner/planner.h"
 #include "server/planner/profile.h"
+#include "server/service/figures.h"
 #include "server/service/transport.h"
 #include "server/service/workers.h"
 
 namespace gatefield::service {
+
+using Profiles = std::map<std::string, planner::Profile>;  ///< by name
 
 struct ServiceOptions {
   std::string name = "gatefield";  ///< told in every reply
@@ -41,11 +44,12 @@ struct ServiceOptions {
   std::uint64_t model_hash = 0;
   /// The opening the model was trained for; 0 = any. A course with another one is warned of.
   double model_gate_inner_half_m = 0.0;
-  std::map<std::string, planner::Profile> profiles;
+  Profiles profiles;
   std::chrono::nanoseconds stale_after = std::chrono::seconds(1);     ///< without a state, the name may be taken over
   std::chrono::nanoseconds abandon_after = std::chrono::seconds(10);  ///< without a state, a real-time session ends
   std::chrono::nanoseconds abandon_lockstep_after = std::chrono::seconds(60);  ///< simulators may be paused
   std::chrono::nanoseconds telemetry_period = std::chrono::milliseconds(500);
+  std::chrono::nanoseconds figures_period = std::chrono::milliseconds(500);
 };
 
 /// What the service makes pilots from, one of each a session; the error is what the vehicle is refused with. Tests put
@@ -54,10 +58,12 @@ struct Factories {
   template <typename T>
   using Make = std::function<Result<std::unique_ptr<T>>(const protocol::SessionRequest&)>;
 
-  std::function<Result<std::unique_ptr<planner::Planner>>(const planner::Profile&, const protocol::SessionRequest&)>
-      planner;
+  template <typename T>
+  using MakeBy = std::function<Result<std::unique_ptr<T>>(const planner::Profile&, const protocol::SessionRequest&)>;
+
+  MakeBy<planner::Planner> planner;
   Make<perception::GateSensor> sensor;
-  Make<pilot::StepObserver> observer;  ///< may be empty: nobody looks at steps
+  MakeBy<pilot::StepObserver> observer;  ///< may be empty: nobody looks at steps
 };
 
 /// The planning service: who may join, whose samples go where, and who is told what.
@@ -103,6 +109,10 @@ class Service {
   /// A sample was refused on its way here; `vehicle` may be empty or unknown.
   void on_rejected(Kind kind, const std::string& vehicle, const Error& why);
 
+  // ---- from whoever runs the server -------------------------------------------------------------------------------
+  /// Sessions that begin from now on have these; those that there are keep what they began with. Any thread.
+  void set_profiles(Profiles profiles);
+
   // ---- for housekeeping and tests ---------------------------------------------------------------------------------
   /// Answers requests, ends sessions that nobody uses, sends telemetry, writes the log. Called by one thread.
   void housekeep();
@@ -110,6 +120,8 @@ class Service {
   std::size_t sessions() const;
   /// Samples for vehicles that have no session here.
   std::uint64_t strays() const noexcept { return strays_.load(std::memory_order_relaxed); }
+  /// The newest that housekeeping has made: how old they are says whether it still runs. Any thread.
+  std::shared_ptr<const Figures> figures() const;
   /// Why real-time scheduling was not granted, after start(); empty when it was or was not asked for.
   std::string realtime_complaint() const;
 
@@ -140,7 +152,7 @@ class Service {
   std::uint64_t new_session() const;
   void refuse(const protocol::SessionRequest& request, const Error& why);
   void tell_no(const protocol::SessionRequest& request, const Error& why);
-  protocol::SessionReply reply_to(const pilot::Pilot& pilot) const;
+  protocol::SessionReply reply_to(pilot::Pilot& pilot) const;
   /// @param why   for the log
   /// @param told  what the vehicle hears of it; empty = nothing
   void end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string& why, const std::optional<Error>& told = {});
@@ -148,9 +160,11 @@ class Service {
   void stray(const std::string& vehicle, const char* what);
   void tell(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now);
   void log_problems(const std::string& vehicle, protocol::Problems found, protocol::Problems* logged);
+  void make_figures(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now);
   void run();
 
   const ServiceOptions options_;
+  Profiles profiles_;  // housekeeping
   const Factories factories_;
   const Clock* const clock_;
   Transport* const transport_;
@@ -160,7 +174,7 @@ class Service {
 
   std::mutex queue_mutex_;
   std::condition_variable queue_filled_;
-  std::deque<std::variant<Asked, Gone>> queue_;
+  std::deque<std::variant<Asked, Gone, Profiles>> queue_;
   std::atomic<bool> stopping_{false};  // changed under the queue's mutex
 
   std::atomic<std::uint64_t> strays_{0};
@@ -169,6 +183,13 @@ class Service {
   Stamp next_telemetry_{0};
   Stamp next_log_{0};
   std::map<std::string, Told> told_;  // by vehicle
+
+  Figures::Totals ended_;  // housekeeping: of sessions that are over
+  std::uint64_t sessions_begun_ = 0;
+  ByCode requests_refused_{};
+  Stamp next_figures_{0};
+  mutable std::mutex figures_mutex_;
+  std::shared_ptr<const Figures> figures_ = std::make_shared<Figures>();
 
   std::unique_ptr<ControlPool> control_;
   std::unique_ptr<PerceptionPool> perception_;

@@ -79,6 +79,14 @@ void ControlPool::stop() {
 
 std::string ControlPool::complaint() const { return complaint_; }
 
+Stamp ControlPool::step_since() const {
+  const std::lock_guard lock(mutex_);
+  Stamp since = pilot::Stepping::kNever;
+  for (const auto& entry : entries_)
+    if (entry->busy) since = std::min(since, entry->busy_since);
+  return since;
+}
+
 void ControlPool::add(std::shared_ptr<pilot::Pilot> pilot) {
   auto entry = std::make_unique<Entry>();
   if (!pilot->lockstep()) {
@@ -174,6 +182,7 @@ void ControlPool::run(int index) {
     }
 
     chosen->busy = true;
+    chosen->busy_since = now;
     chosen->woken = false;
     stepping_.fetch_add(1, std::memory_order_relaxed);
     const Stamp due = chosen->due;

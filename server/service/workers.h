@@ -48,6 +48,8 @@ class ControlPool {
   void stop();
   /// Why real-time scheduling or a core was not granted; empty when all were, or none was asked for.
   std::string complaint() const;
+  /// Since when the step runs that has been in progress for the longest; kNever when none is.
+  Stamp step_since() const;
 
  private:
   struct Entry {
@@ -55,6 +57,7 @@ class ControlPool {
     Stamp due = pilot::Stepping::kNever;
     Stamp deadline = pilot::Stepping::kNever;
     bool busy = false;
+    Stamp busy_since{0};
     bool woken = false;    ///< while busy
     bool leaving = false;  ///< being removed: not served any more
   };

@@ -41,7 +41,8 @@ class ServiceTest : public ::testing::Test {
       return make(profile, request);
     };
     if (factory_failure_)
-      factories.observer = [this](const protocol::SessionRequest&) -> Result<std::unique_ptr<pilot::StepObserver>> {
+      factories.observer = [this](const planner::Profile&,
+                                  const protocol::SessionRequest&) -> Result<std::unique_ptr<pilot::StepObserver>> {
         return *factory_failure_;
       };
     return std::make_unique<Service>(options, factories, &clock_, &transport_);
@@ -97,6 +98,55 @@ TEST_F(ServiceTest, SessionNumbersDifferBetweenVehiclesAndStarts) {
   EXPECT_NE(second.session, first.session + 1);  // nobody guesses the next one
   service_ = make();
   EXPECT_NE(ask(join_request("a", 1)).session, first.session);
+}
+
+TEST_F(ServiceTest, FiguresCountWhatCameAndOutliveSessions) {
+  auto refused = join_request("x");
+  refused.profile = "drift";
+  ask(refused);
+  const auto reply = ask(join_request());
+  for (std::uint64_t i = 1; i <= 3; ++i) send_state(reply, i, 50s + i * Stamp(10ms));
+  send_state(reply, 3, 50s);  // again
+  service_->on_state(testing::hover_state("nobody", 1, 1, 50s));
+  service_->session_of("drone")->stepping().step(clock_.now());
+  service_->session_of("drone")->stepping().solved(1ms);
+  clock_.advance(1s);
+  service_->housekeep();
+  auto figures = service_->figures();
+  EXPECT_EQ(figures->made, clock_.now());
+  EXPECT_EQ(figures->sessions_begun, 1u);
+  EXPECT_EQ(figures->strays, 1u);
+  EXPECT_EQ(figures->requests_refused[index(ErrorCode::kUnknownName)], 1u);
+  EXPECT_EQ(figures->totals.states_received, 4u);
+  EXPECT_EQ(figures->totals.states_rejected, 1u);
+  EXPECT_EQ(figures->totals.samples_refused[index(ErrorCode::kNotRising)], 1u);
+  EXPECT_EQ(figures->totals.steps.all(), 1u);
+  ASSERT_EQ(figures->vehicles.size(), 1u);
+  EXPECT_EQ(figures->vehicles[0].telemetry.vehicle, "drone");
+  EXPECT_DOUBLE_EQ(figures->vehicles[0].silent_s, 1.0);
+
+  auto leave = join_request();
+  leave.action = protocol::SessionRequest::Action::kLeave;
+  service_->on_request(leave);
+  clock_.advance(1s);
+  service_->housekeep();
+  figures = service_->figures();
+  EXPECT_TRUE(figures->vehicles.empty());
+  EXPECT_EQ(figures->totals.states_received, 4u);
+  EXPECT_EQ(figures->totals.steps.all(), 1u);
+}
+
+TEST_F(ServiceTest, ProfilesAreExchangedForSessionsToCome) {
+  const auto before = ask(join_request("a", 1));
+  planner::Profile slow = testing::small_profile();
+  slow.name = "race";
+  slow.step_s = 0.05;
+  service_->set_profiles({{"race", slow}});
+  EXPECT_DOUBLE_EQ(ask(join_request("b", 1)).plan_step_s, 0.05);
+  EXPECT_DOUBLE_EQ(ask(join_request("a", 1)).plan_step_s, before.plan_step_s) << "it keeps what it began with";
+  auto gone = join_request("c", 1);
+  gone.profile = "paper";
+  EXPECT_FALSE(ask(gone).accepted);
 }
 
 TEST_F(ServiceTest, TheSameRequestGetsTheSameReply) {

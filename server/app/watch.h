@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/base/clock.h"
+#include "common/base/result.h"
+#include "server/app/signals.h"
+#include "server/operations/http_pages.h"
+#include "server/operations/metrics.h"
+#include "server/operations/service_manager.h"
+#include "server/service/service.h"
+
+namespace gatefield::app {
+
+/// What is offered to those who keep a server running, while it serves: pages over HTTP, signs of life for systemd, and
+/// profiles that are read again when asked for. Their problems never end the server.
+/// Thread-safe: no.
+class Watch {
+ public:
+  struct Parts {
+    const service::Service* service = nullptr;
+    const Clock* clock = nullptr;  ///< the service's
+    operations::ServerWords words;
+    std::function<std::uint64_t()> packets_dropped;
+    std::function<void()> reload;  ///< SIGHUP
+  };
+  explicit Watch(Parts parts) : parts_(std::move(parts)) {}
+
+  /// Pages /metrics and /healthz. @param address  as HttpPages::open(); empty: none
+  Status offer(const std::string& address);
+  /// Until SIGINT or SIGTERM. @return which it was
+  const char* run(const Signals& signals);
+
+ private:
+  operations::Health health() const;
+  operations::HttpAnswer metrics_page() const;
+  operations::HttpAnswer health_page() const;
+  void look();
+
+  const Parts parts_;
+  operations::ServiceManager manager_;
+  std::unique_ptr<operations::HttpPages> pages_;
+  bool was_well_ = true;
+};
+
+}  // namespace gatefield::app

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/error_name.h"
+#include "common/protocol/messages.h"
+#include "server/pilot/step_times.h"
+
+namespace gatefield::service {
+
+/// Counts by kind of failure.
+using ByCode = std::array<std::uint64_t, kErrorCodes>;
+
+/// What became of all that the service was sent, and what it flies: for graphs and whoever watches over the server.
+struct Figures {
+  /// Of vehicles; only ever growing, sessions that ended included.
+  struct Totals {
+    std::uint64_t states_received = 0, states_rejected = 0;
+    std::uint64_t frames_received = 0, frames_rejected = 0, frames_invalid = 0;
+    std::uint64_t commands_sent = 0, deadlines_missed = 0;
+    ByCode samples_refused{};  ///< states and frames, by why
+    pilot::StepTimes::Counts steps;
+
+    Totals& operator+=(const Totals& other) noexcept {
+      states_received += other.states_received;
+      states_rejected += other.states_rejected;
+      frames_received += other.frames_received;
+      frames_rejected += other.frames_rejected;
+      frames_invalid += other.frames_invalid;
+      commands_sent += other.commands_sent;
+      deadlines_missed += other.deadlines_missed;
+      for (std::size_t i = 0; i < samples_refused.size(); ++i) samples_refused[i] += other.samples_refused[i];
+      steps += other.steps;
+      return *this;
+    }
+  };
+  struct Vehicle {
+    protocol::Telemetry telemetry;
+    double silent_s = 0.0;  ///< since its newest good state came
+    bool lockstep = false;
+  };
+
+  Stamp made{0};        ///< service's clock
+  Stamp step_since{0};  ///< since when the longest step in progress runs; `made` when none does
+  Totals totals;
+  std::uint64_t sessions_begun = 0;
+  std::uint64_t strays = 0;  ///< samples for vehicles that have no session here
+  ByCode requests_refused{};
+  std::vector<Vehicle> vehicles;  ///< that have a session
+};
+
+}  // namespace gatefield::service
