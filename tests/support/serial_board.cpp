@@ -11,6 +11,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr std::uint64_t kOutputsAreMotors = 0xF;
+
 }  // namespace
 
 SerialBoard::SerialBoard(Options options) : options_(std::move(options)) {
@@ -34,9 +36,7 @@ void SerialBoard::run(std::unique_ptr<Terminal> terminal) {
   controller.hil = options_.hil;
   HilFirmware firmware(port.taker(), &controller, HilFirmware::Clock::kOwn);
   firmware.thrust_linear = options_.thrust_linear;
-  firmware.flags = options_.flags;
-  if (options_.refuses_to_arm)
-    controller.refuses[static_cast<std::uint16_t>(mavlink::Command::kArmDisarm)] = mavlink::CommandResult::kDenied;
+  firmware.flags = kOutputsAreMotors;
   for (; !stop_; std::this_thread::sleep_for(1ms)) {
     const Stamp now = clock.now() - begin;
     switch (does_.exchange(Does::kFly)) {
@@ -47,18 +47,8 @@ void SerialBoard::run(std::unique_ptr<Terminal> terminal) {
         return;
       case Does::kComeOff:
         return;
-      case Does::kStartAgain:
-        controller.boot = -now;
-        controller.loop().arm_switch(now, false);
-        break;
       case Does::kDisarm:
         controller.loop().arm_switch(now, false);
-        break;
-      case Does::kStopMotors:
-        firmware.hangs = true;
-        break;
-      case Does::kLeaveHilMode:
-        controller.hil = false;
         break;
     }
     firmware.serve(now);

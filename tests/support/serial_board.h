@@ -19,19 +19,14 @@ class SerialBoard {
     RateController::Options loop;
     bool hil = true;             ///< it is in HIL mode
     bool thrust_linear = false;  ///< THR_MDL_FAC is 1
-    bool refuses_to_arm = false;
-    std::uint64_t flags = 0xF;  ///< of HIL_ACTUATOR_CONTROLS: outputs that are motors
-    LineNoise noise;            ///< of the line, from the board to us
+    LineNoise noise;             ///< of the line, from the board to us
   };
   /// What it does, or stops to do, from the moment it is told.
   enum class Does : std::uint8_t {
     kFly,
     kHang,
     kComeOff,  ///< its cable is pulled
-    kStartAgain,
     kDisarm,
-    kStopMotors,  ///< it says all but motors
-    kLeaveHilMode,
   };
 
   explicit SerialBoard(Options options);

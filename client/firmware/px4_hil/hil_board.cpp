@@ -18,15 +18,6 @@ constexpr Stamp kBackwards = 1s;           // its clock goes back by more only w
 constexpr double kMuchNoise = 0.02;        // of the bytes
 constexpr std::uint64_t kMotorBits = 0xF;  // of HIL_ACTUATOR_CONTROLS.flags: outputs 1 to 4 are motors
 
-/// Time since its boot, of messages that say it.
-template <typename Message>
-std::optional<Stamp> boot_time(const Message& message) noexcept {
-  if constexpr (requires { message.time_boot_ms; })
-    return std::chrono::milliseconds(message.time_boot_ms);
-  else
-    return std::nullopt;
-}
-
 }  // namespace
 
 HilBoard::HilBoard(const HilOptions& options, std::unique_ptr<Link> link, std::unique_ptr<Clock> clock)
@@ -109,8 +100,9 @@ void HilBoard::take(Stamp now, const mavlink::Frame& frame, const mavlink::Messa
     return;
   }
   heard_ = now;
-  if (const auto since_boot = std::visit([](const auto& content) { return boot_time(content); }, message))
-    note_boot_time(*since_boot);
+  // Other messages carry the time of what they tell, which may be old, or none.
+  if (const auto* const time = std::get_if<mavlink::SystemTime>(&message))
+    note_boot_time(std::chrono::milliseconds(time->time_boot_ms));
   if (heartbeat != nullptr) take(now, *heartbeat);
   const auto* const controls = std::get_if<mavlink::HilActuatorControls>(&message);
   if (controls != nullptr && status->ok()) *status = take(now, *controls);
@@ -154,7 +146,8 @@ Status HilBoard::check(Stamp now) const {
                 " s; a UART sends them at a rate above 5000 bytes a second alone (MAV_0_RATE and the like), and the "
                 "firmware needs its module pwm_out_sim");
   if (armed_ && motors_.answers > 0 && now - std::max(answered_at_, armed_since_) > options_.silence_limit)
-    return lost("sent no motor outputs for " + fixed(seconds(now - answered_at_), 1) + " s; it hangs, or lost power");
+    return lost("sent no motor outputs for " + fixed(seconds(now - answered_at_), 1) +
+                " s; it hangs, lost power, or starts again");
   if (peer_ && now - heard_ > kSilent)
     return lost("has been silent for " + fixed(seconds(now - heard_), 1) + " s; look at its cable and power");
   return {};

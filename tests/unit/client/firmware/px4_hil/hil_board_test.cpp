@@ -202,7 +202,7 @@ TEST_F(HilBoardTest, MotorsThatStopAreToldInTime) {
   const Stamp begin = clock_.now();
   const Error error = failure_within(5s);
   EXPECT_EQ(error.code, ErrorCode::kNotAnswering);
-  EXPECT_THAT(error.message, HasSubstr("sent no motor outputs for 0.5 s; it hangs, or lost power"));
+  EXPECT_THAT(error.message, HasSubstr("sent no motor outputs for 0.5 s; it hangs, lost power, or starts again"));
   EXPECT_LE(clock_.now() - begin, options().silence_limit + 20ms);
 }
 
@@ -237,6 +237,16 @@ TEST_F(HilBoardTest, OneThatStartsAgainIsTold) {
   const Error error = failure_within(1s);
   EXPECT_EQ(error.code, ErrorCode::kNotAnswering);
   EXPECT_THAT(error.message, HasSubstr("started again; look at its power"));
+}
+
+TEST_F(HilBoardTest, OneThatStartsAgainBeforeItIsArmedIsToldByItsSystemTime) {
+  ASSERT_TRUE(board_.connect().ok());
+  say(mavlink::SystemTime{0, 60'000});
+  ASSERT_TRUE(board_.hear().ok());
+  say(mavlink::SystemTime{0, 59'500});
+  ASSERT_TRUE(board_.hear().ok()) << "late, and no more";
+  say(mavlink::SystemTime{0, 3'000});
+  EXPECT_THAT(failure_within(10ms).message, HasSubstr("started again"));
 }
 
 TEST_F(HilBoardTest, APortThatIsGoneIsTold) {
