@@ -24,6 +24,13 @@ Status read_drive(const Arguments& a, config::Scenario* scenario) {
   return config::validate(mismatch, scenario->vehicle.actuation);
 }
 
+decltype(Px4Options::setpoints) px4_setpoints(const Arguments& a, bool board) {
+  const std::string way = !a.firmware_setpoints.empty() ? a.firmware_setpoints : board ? "same" : "bus";
+  if (way == "bus") return a.px4_bus;
+  if (way == "same") return SameLink{};
+  return way;
+}
+
 }  // namespace
 
 void declare(CLI::App* app, Arguments* a) {
@@ -41,6 +48,8 @@ void declare(CLI::App* app, Arguments* a) {
       "  gatefield-sim --vehicle racer-betaflight --flight-controller betaflight through a real firmware\n"
       "  gatefield-sim --flight-controller px4 --pace 0.5                        through PX4, at half the world's "
       "speed\n"
+      "  gatefield-sim --flight-controller px4 --firmware-address serial:/dev/ttyACM0:921600 --realtime\n"
+      "                                                                          through a board with PX4\n"
       "  gatefield-sim --course my/course.txt --vehicle my/drone.txt             files of your own "
       "(docs/courses-and-vehicles.md)\n"
       "\nExit code\n"
@@ -120,16 +129,18 @@ void declare(CLI::App* app, Arguments* a) {
 
   auto* controller = app->add_option("--flight-controller", a->flight_controller,
                                      "The firmware that flies the vehicle: betaflight (of its target SITL; in "
-                                     "lockstep with the clock library) or px4 (its SITL, in lockstep)");
+                                     "lockstep with the clock library) or px4 (its SITL in lockstep, or a board on a "
+                                     "serial port with --realtime)");
   controller->check(CLI::IsMember({"betaflight", "px4"}))->group("Firmware");
   app->add_option("--firmware-address", a->firmware_address,
                   "Where it is: betaflight's MSP (default: " + FirmwareOptions().address +
-                      "); where px4 connects to for its sensors (default: " + Px4Options().hil.address + ")")
+                      "); where px4 connects to for its sensors (default: " + Px4Options().hil.address +
+                      "), or a board with px4: serial:/dev/ttyACM0:921600")
       ->needs(controller)
       ->group("Firmware");
   app->add_option("--firmware-setpoints", a->firmware_setpoints,
-                  "px4: a link on which it speaks MAVLink and takes setpoints, udp-listen:127.0.0.1:14540 (default: on "
-                  "the bus, through its uXRCE-DDS agent)")
+                  "px4: bus (its uXRCE-DDS agent's; the default of its SITL), a link on which it speaks MAVLink and "
+                  "takes setpoints, udp-listen:127.0.0.1:14540, or same (the sensors' own; the default of a board)")
       ->needs(controller)
       ->group("Firmware");
   app->add_option("--px4-domain", a->px4_bus.domain, "px4: DDS domain of its agent")
@@ -143,6 +154,12 @@ void declare(CLI::App* app, Arguments* a) {
       ->group("Firmware");
   app->add_option("--pace", a->pace, "px4: seconds of simulation in a second at most; on a busy machine less than 1")
       ->check(CLI::Range(0.01, 20.0))
+      ->capture_default_str()
+      ->needs(controller)
+      ->group("Firmware");
+
+  app->add_option("--sensor-rate", a->sensor_rate_hz, "px4 on a board: samples of its sensors per second")
+      ->check(CLI::Range(20.0, 1000.0))
       ->capture_default_str()
       ->needs(controller)
       ->group("Firmware");
@@ -225,10 +242,11 @@ Options race_options(const Arguments& a) {
     if (!a.firmware_address.empty()) firmware.address = a.firmware_address;
     firmware.gyro = {a.gyro_noise_rad_s, a.gyro_bias_rad_s};
   } else if (a.flight_controller == "px4") {
-    options.px4.emplace().pace = a.pace;
-    options.px4->setpoints = a.px4_bus;
-    if (!a.firmware_setpoints.empty()) options.px4->setpoints = a.firmware_setpoints;
-    if (!a.firmware_address.empty()) options.px4->hil.address = a.firmware_address;
+    Px4Options& px4 = options.px4.emplace();
+    px4.pace = a.pace;
+    px4.hil.sample_rate_hz = a.sensor_rate_hz;
+    if (!a.firmware_address.empty()) px4.hil.address = a.firmware_address;
+    px4.setpoints = px4_setpoints(a, px4.hil.address.starts_with("serial:"));
   }
   return options;
 }

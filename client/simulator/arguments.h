@@ -28,9 +28,10 @@ struct Arguments {
   double delay_ms = 0.0, jitter_ms = 0.0, loss = 0.0;
   double state_rate_hz = 200.0;
   std::string flight_controller, firmware_address;  ///< an empty address: the firmware's usual one
-  std::string firmware_setpoints;                   ///< empty: on the bus
+  std::string firmware_setpoints;                   ///< empty: on the bus; with a board, beside its sensors
   px4::BusOptions px4_bus;
   double pace = Px4Options().pace;
+  double sensor_rate_hz = firmware::HilOptions().sample_rate_hz;
   double gyro_noise_rad_s = 0.0, gyro_bias_rad_s = 0.0;
   double connect_timeout_s = 10.0;
   std::string csv, picture, depth_picture, frame_folder;

@@ -53,6 +53,10 @@ sitl::Wire wire_of(const firmware::msp::FirmwareVersion& version) {
 Status validate(const FirmwareOptions& options) {
   const auto address = firmware::parse_address(options.address);
   if (!address) return address.failure().within("firmware address: ");
+  if (address->kind == firmware::Address::Kind::kSerial)
+    return Error::invalid("address", "'" + options.address + "'",
+                          "tcp:HOST:PORT of its target SITL: Betaflight on a board takes no simulated sensors; a board "
+                          "with PX4 does");
   if (address->kind != firmware::Address::Kind::kTcp)
     return Error::invalid("address", "'" + options.address + "'", "tcp:HOST:PORT, where the firmware serves MSP");
   for (const auto& [field, value, least, most] :

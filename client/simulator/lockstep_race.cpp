@@ -19,7 +19,7 @@ class LockstepRace {
         link_({race.options.link_delay, race.options.link_jitter, race.options.link_loss}, race.scenario.seed) {}
 
   void run() {
-    make_ready();
+    make_ready(race_, [] {});
     if (race_.vehicle.decided()) return;
     link_.begin(race_.estimator.estimate(race_.vehicle.known()));
     last_answer_ = MonotonicClock().now();
@@ -27,15 +27,6 @@ class LockstepRace {
   }
 
  private:
-  /// A firmware is armed while the vehicle is held at the start.
-  void make_ready() {
-    FlightControllerInLoop* const firmware = race_.firmware;
-    while (firmware != nullptr && !firmware->ready() && firmware->well() && !race_.stop)
-      firmware->stand(race_.vehicle.truth());
-    if (race_.stop) race_.vehicle.stop(Outcome::kInterrupted);
-    stop_when_lost();
-  }
-
   void stop_when_lost() {
     if (race_.firmware != nullptr && !race_.firmware->well()) race_.vehicle.stop(Outcome::kFlightControllerLost);
   }

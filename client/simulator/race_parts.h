@@ -29,6 +29,20 @@ struct RaceParts {
   Stamp frame_period() const noexcept { return from_seconds(1.0 / scenario.vehicle.camera.rate_hz); }
 };
 
+/// Has the firmware armed and brought to hover, where one flies the vehicle, which is held at the start meanwhile. Ends
+/// the race when the firmware does not get there, or when a person does.
+/// @param pass  what lets a step of time pass after each of the firmware's
+template <typename Pass>
+void make_ready(const RaceParts& race, Pass&& pass) {
+  FlightControllerInLoop* const firmware = race.firmware;
+  while (firmware != nullptr && !firmware->ready() && firmware->well() && !race.stop) {
+    firmware->stand(race.vehicle.truth());
+    pass();
+  }
+  if (race.stop) race.vehicle.stop(Outcome::kInterrupted);
+  if (firmware != nullptr && !firmware->well()) race.vehicle.stop(Outcome::kFlightControllerLost);
+}
+
 inline constexpr Stamp kProgressPeriod = std::chrono::milliseconds(100);
 
 }  // namespace gatefield::simulator

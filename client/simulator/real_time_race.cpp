@@ -9,6 +9,8 @@
 namespace gatefield::simulator {
 namespace {
 
+constexpr Stamp kMadeUpFor = std::chrono::milliseconds(20);  // of steps that are late while a firmware gets ready
+
 /// Renders what the plant's thread posts, on the thread that waits for frames; only the newest is done.
 class SimulatedCamera final : public flight::DepthSource {
  public:
@@ -56,13 +58,11 @@ class SimulatedCamera final : public flight::DepthSource {
 };
 
 /// The plant as the loop's vehicle. It stays at the start until the first plan is there; then the race's clock starts.
-/// A firmware is armed meanwhile, and no state is told before that: plans would be for a vehicle that does not follow.
 class SimulatedVehicle final : public flight::StateSource, public flight::Actuator, public flight::Observer {
  public:
   SimulatedVehicle(const RaceParts& race, SimulatedCamera* camera) : race_(race), camera_(*camera) {}
 
   std::optional<flight::TimedState> newest(Stamp now) noexcept override {
-    if (race_.firmware != nullptr && !race_.firmware->ready()) return std::nullopt;
     if (now >= next_frame_) {
       camera_.post(now);
       next_frame_ = std::max(next_frame_ + race_.frame_period(), now);  // frames that a slip took are not made up for
@@ -95,12 +95,16 @@ class SimulatedVehicle final : public flight::StateSource, public flight::Actuat
 }  // namespace
 
 void run_real_time(const RaceParts& race, Report* report) {
+  flight::RealTimeClock clock;
+  // No state is told before a firmware hovers: plans would be for a vehicle that does not follow.
+  Stamp step = clock.now();
+  make_ready(race, [&] { clock.sleep_until(step = std::max(step + Plant::kStep, clock.now() - kMadeUpFor)); });
+  if (race.vehicle.decided()) return;
   SimulatedCamera camera(race);
   SimulatedVehicle vehicle(race, &camera);
   flight::LoopOptions options;
   options.state_rate_hz = race.options.state_rate_hz;
   options.give_up = race.options.give_up;
-  flight::RealTimeClock clock;
   const flight::LoopStatistics loop =
       flight::run_loop({&vehicle, &camera, &vehicle, &vehicle}, &race.client, options, &clock, race.stop);
   if (loop.end == flight::End::kGivenUp) race.vehicle.stop(Outcome::kLinkLost);

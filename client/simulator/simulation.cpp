@@ -19,16 +19,20 @@ Status check_firmware(const Options& options) {
   if (options.firmware && options.px4)
     return Error{"two firmwares would fly one vehicle, expected Betaflight or PX4", ErrorCode::kInvalid, "px4"};
   if (options.px4) {
-    if (options.timing != Timing::kLockstep)
-      return Error{"PX4 runs by the simulation's clock, expected lockstep with it", ErrorCode::kInvalid, "timing"};
-    return validate(*options.px4);
+    if (Status status = validate(*options.px4); !status) return status;
+    const bool board = firmware::is_board(options.px4->hil);
+    if (board && options.timing != Timing::kRealTime)
+      return Error{"a board on a serial port runs by its own clock, expected real time (--realtime)",
+                   ErrorCode::kInvalid, "timing"};
+    if (!board && options.timing != Timing::kLockstep)
+      return Error{
+          "PX4's SITL runs by the simulation's clock, expected lockstep with it; a board on a serial port runs "
+          "in real time",
+          ErrorCode::kInvalid, "timing"};
+    return {};
   }
   if (!options.firmware) return {};
-  if (auto status = validate(*options.firmware); !status) return status;
-  if (options.firmware->arm_limit >= options.give_up)
-    return Error::invalid("arm_limit", text(seconds(options.firmware->arm_limit)) + " s",
-                          "less than give_up, " + text(seconds(options.give_up)) + " s");
-  return {};
+  return validate(*options.firmware);
 }
 
 /// Null: none flies the vehicle.

@@ -30,12 +30,13 @@ struct Options {
   bool depth_in_counts = true;  ///< 16 bits, of the camera's metres_per_count; else 32-bit metres
   /// Lockstep: how long (wall clock) to wait for an answer before flying on along the last plan.
   std::chrono::milliseconds answer_timeout{2000};
-  /// Wall clock without any plan after which the race is given up.
+  /// Wall clock without any plan after which the race is given up, from when a firmware hovers.
   std::chrono::milliseconds give_up{30000};
-  /// A firmware that flies the vehicle in place of the simulator's own rate loop. Its arm_limit is less than give_up.
+  /// A firmware that flies the vehicle in place of the simulator's own rate loop.
   /// Lockstep is only for one with the clock library (client/firmware/betaflight_sitl/packets.h).
   std::optional<FirmwareOptions> firmware;
-  /// Lockstep: PX4 flies the vehicle in place of the simulator's own rate loop. Not together with `firmware`.
+  /// PX4 flies the vehicle in place of the simulator's own rate loop: its SITL in lockstep, a board on a serial port in
+  /// real time. Not together with `firmware`.
   std::optional<Px4Options> px4;
 };
 
@@ -67,7 +68,8 @@ Status validate(const Options& options);
 ///
 /// With a firmware it is found and armed first, while the vehicle is held; the first state is sent when it hovers. When
 /// it stops flying in mid-race, the race ends as kFlightControllerLost, and the report says why. PX4's time is the
-/// race's, but setpoints reach it over links of the real world: such a race is not the same bit for bit every time.
+/// race's in lockstep, but setpoints reach it over links of the real world: such a race is not the same bit for bit
+/// every time.
 ///
 /// @param stop  becomes true when a person ends the race; it then ends within 0.3 s as kInterrupted.
 /// @param on_progress  may be empty; about ten times a second, never on the plant's thread in real time.

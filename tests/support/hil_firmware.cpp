@@ -1,5 +1,6 @@
 #include "tests/support/hil_firmware.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -24,22 +25,32 @@ void HilFirmware::serve(Stamp now) {
 void HilFirmware::take(Stamp now, const mavlink::HilSensor& sensor) {
   ++samples_;
   if (hangs) return;
-  const double dt_s = last_us_ == 0 ? 0.004 : static_cast<double>(sensor.time_usec - last_us_) * 1e-6;
+  const bool own = clock_ == Clock::kOwn;
+  const double passed_s = own ? seconds(now - last_) : static_cast<double>(sensor.time_usec - last_us_) * 1e-6;
+  const double dt_s = last_us_ == 0 ? 0.004 : own ? std::clamp(passed_s, 1e-3, 0.02) : passed_s;
   last_us_ = sensor.time_usec;
+  last_ = now;
   const Eigen::Vector3d gyro_F(static_cast<double>(sensor.xgyro), static_cast<double>(sensor.ygyro),
                                static_cast<double>(sensor.zgyro));
   const auto outputs = controller_.loop().step(now, flight::flu_from_frd(gyro_F), dt_s);
   controller_.specific_force_z = -static_cast<double>(sensor.zacc);
+  if (own && (!controller_.armed() || now - answered_ < kOutputs)) return;
+  answered_ = now;
   mavlink::HilActuatorControls controls;
-  controls.time_usec = sensor.time_usec;
-  controls.flags = mavlink::kHilLockstep;
+  controls.time_usec =
+      own ? static_cast<std::uint64_t>((now + controller_.boot) / std::chrono::microseconds(1)) : sensor.time_usec;
+  controls.flags = flags;
   controls.mode = controller_.armed() ? mavlink::kModeArmed : 0;
   constexpr std::array<std::size_t, 4> kOutputOfMotor{1, 2, 3, 0};  // front right, rear left, front left, rear right
-  for (std::size_t i = 0; i < 4; ++i) controls.controls[i] = static_cast<float>(outputs[kOutputOfMotor[i]]);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double output = outputs[kOutputOfMotor[i]];
+    controls.controls[i] = static_cast<float>(thrust_linear ? std::sqrt(output) : output);
+  }
   link_->send(mavlink::pack(controls, {1, 1}, sequence_++).bytes());
 }
 
 void HilFirmware::take(const mavlink::HilStateQuaternion& truth) {
+  ++truths_;
   constexpr double kMetres = 6371000.0 * std::numbers::pi / 180.0;
   const Eigen::Vector3d p_N(
       (truth.lat * 1e-7 - site_.latitude_deg) * kMetres,

@@ -182,7 +182,8 @@ void MavlinkController::send_status(Stamp now) {
     message.type = 2;
     message.autopilot =
         static_cast<std::uint8_t>(bridge::rules(dialect_).autopilot.value_or(mavlink::AutopilotKind::kGeneric));
-    message.base_mode = static_cast<std::uint8_t>((armed() ? mavlink::kModeArmed : 0) | mavlink::kModeCustom);
+    message.base_mode = static_cast<std::uint8_t>((armed() ? mavlink::kModeArmed : 0) | (hil ? mavlink::kModeHil : 0) |
+                                                  mavlink::kModeCustom);
     message.system_status = system_status;
     if (follows_ && dialect_ == Dialect::kPx4) message.custom_mode = mavlink::px4_custom_mode(mavlink::kPx4Offboard);
     if (follows_ && dialect_ == Dialect::kArduPilot) message.custom_mode = mavlink::kArduCopterGuided;

@@ -48,6 +48,7 @@ class MavlinkController {
   bool answers_time = true;
   bool sends_odometry = true;  ///< else it refuses to, and sends the two others
   std::uint8_t child_frame = 12;
+  bool hil = false;  ///< its sensors are a simulator's
   std::map<std::string, mavlink::ParamValue> parameters;
   std::map<std::uint16_t, mavlink::CommandResult> refuses;  ///< commands, and with what
   std::map<std::uint16_t, int> overhears;                   ///< so many of these commands are not answered

@@ -1,11 +1,10 @@
 #include "client/firmware/px4_hil/hil_link.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 
-#include "client/firmware/mavlink/constants.h"
+#include "client/firmware/px4_hil/simulator_address.h"
 #include "common/base/text.h"
 
 namespace gatefield::firmware {
@@ -13,33 +12,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr mavlink::Address kSimulator{1, 51};  // a system and component that no autopilot has
-constexpr Stamp kLook = 20ms;                  // how often a waiting listener looks up
-
-/// Outputs of 1 and a rounding more are 1.
-constexpr double kFullOutput = 1.001;
+constexpr Stamp kLook = 20ms;  // how often a waiting listener looks up
 
 std::string in_seconds(Stamp span) { return text(seconds(span)) + " s"; }
 
-bool is_datagram(Address::Kind kind) noexcept {
-  return kind == Address::Kind::kUdp || kind == Address::Kind::kUdpListen;
-}
-
 }  // namespace
-
-Status validate(const HilOptions& options) {
-  const auto address = parse_address(options.address);
-  if (!address) return address.failure().within("address: ", "address.");
-  if (is_datagram(address->kind))
-    return Error::invalid("address", options.address, "a tcp-listen: or serial: address, which loses nothing");
-  if (options.connect_timeout < 100ms || options.connect_timeout > 10min)
-    return Error::invalid("connect_timeout", in_seconds(options.connect_timeout), "0.1 to 600 s");
-  if (options.boot_timeout < 1s || options.boot_timeout > 10min)
-    return Error::invalid("boot_timeout", in_seconds(options.boot_timeout), "1 to 600 s");
-  if (options.answer_timeout < 10ms || options.answer_timeout > 60s)
-    return Error::invalid("answer_timeout", in_seconds(options.answer_timeout), "0.01 to 60 s");
-  return {};
-}
 
 Result<std::unique_ptr<HilLink>> HilLink::open(const HilOptions& options) {
   if (Status status = validate(options); !status) return status.failure();
@@ -47,7 +24,6 @@ Result<std::unique_ptr<HilLink>> HilLink::open(const HilOptions& options) {
   auto link = firmware::open(address, options.connect_timeout);
   if (!link) return link.failure();
   auto hil = std::make_unique<HilLink>(options, std::move(link).value(), std::make_unique<MonotonicClock>());
-  if (address.kind == Address::Kind::kSerial) return hil;
   // PX4 speaks first, as soon as it has connected.
   for (const Stamp end = hil->clock_->now() + options.connect_timeout;
        hil->counts().frames + hil->counts().unknown == 0;) {
@@ -73,7 +49,7 @@ Error HilLink::hung(Stamp waited) const {
 }
 
 Status HilLink::send(const mavlink::Message& message) {
-  const auto packet = mavlink::pack(message, kSimulator, sequence_++);
+  const auto packet = mavlink::pack(message, kSimulatorAddress, sequence_++);
   const Stamp begin = clock_->now();
   for (;;) {
     const Transfer transfer = link_->send(packet.bytes());
@@ -101,27 +77,11 @@ Status HilLink::receive() {
     Status status;
     reader_.read({buffer_.data(), transfer.bytes}, false, [&](const mavlink::Frame& frame) {
       const auto message = mavlink::unpack(frame);
-      if (message && status.ok()) status = take(*message);
+      const auto* const controls = message ? std::get_if<mavlink::HilActuatorControls>(&*message) : nullptr;
+      if (controls != nullptr && status.ok()) status = motors_.take(*controls);
     });
     if (!status) return status;
   }
-}
-
-Status HilLink::take(const mavlink::Message& message) {
-  const auto* const controls = std::get_if<mavlink::HilActuatorControls>(&message);
-  if (controls == nullptr) return {};
-  motors_.armed = (controls->mode & mavlink::kModeArmed) != 0;
-  for (std::size_t i = 0; i < HilMotors::kMotors; ++i) {
-    const auto output = static_cast<double>(controls->controls[i]);
-    const bool off = std::isnan(output) || !motors_.armed;
-    if (!off && !(output >= 0.0 && output <= kFullOutput))
-      return Error::invalid("HIL_ACTUATOR_CONTROLS.controls[" + text(i) + "]", text(output),
-                            "0 to 1, as motors that turn one way have it");
-    motors_.outputs[i] = off ? 0.0 : std::min(output, 1.0);
-  }
-  ++motors_.answers;
-  answered_at_ = clock_->now();
-  return {};
 }
 
 Result<HilMotors> HilLink::exchange(const mavlink::HilSensor& sensor, const std::optional<mavlink::HilGps>& gps,
@@ -142,9 +102,7 @@ Result<HilMotors> HilLink::exchange(const mavlink::HilSensor& sensor, const std:
       return motors_;
     }
     if (motors_.answers > before) return motors_;
-    const Stamp silent = options_.lockstep ? waited : clock_->now() - answered_at_;
-    if (silent >= options_.answer_timeout) return hung(silent);
-    if (!options_.lockstep) return motors_;
+    if (waited >= options_.answer_timeout) return hung(waited);
     link_->wait(std::min<Stamp>(options_.answer_timeout - waited, kLook));
   }
 }

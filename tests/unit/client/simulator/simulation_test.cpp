@@ -416,15 +416,19 @@ TEST(SimulationOptions, NonsenseIsRefused) {
   options.px4.emplace();
   EXPECT_EQ(validate(options).failure().field, "px4") << "two firmwares";
   options.firmware.reset();
-  EXPECT_EQ(validate(options).failure().field, "timing") << "PX4 in real time";
+  EXPECT_EQ(validate(options).failure().field, "timing") << "PX4's SITL in real time";
+  options.px4->hil.address = "serial:/dev/ttyACM0:921600";
+  EXPECT_TRUE(validate(options).ok()) << "a board in real time";
+  options.timing = protocol::Timing::kLockstep;
+  EXPECT_THAT(validate(options).error(), HasSubstr("a board on a serial port runs by its own clock"));
+  EXPECT_EQ(validate(options).failure().field, "timing");
+  options.timing = protocol::Timing::kRealTime;
   options.px4.reset();
   options.firmware.emplace();
   options.firmware->address = "serial:/dev/ttyACM0:115200";
-  EXPECT_THAT(validate(options).error(), HasSubstr("expected tcp:HOST:PORT"));
+  EXPECT_THAT(validate(options).error(), HasSubstr("Betaflight on a board takes no simulated sensors"));
   options.firmware.emplace().silence_limit = std::chrono::milliseconds(1);
   EXPECT_EQ(validate(options).failure().field, "silence_limit");
-  options.firmware.emplace().arm_limit = std::chrono::seconds(40);
-  EXPECT_THAT(validate(options).error(), HasSubstr("less than give_up, 30 s"));
 }
 
 }  // namespace

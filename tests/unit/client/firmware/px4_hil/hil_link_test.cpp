@@ -138,21 +138,6 @@ TEST_F(HilLinkTest, OneThatDoesNotReadIsTold) {
   EXPECT_EQ(motors.failure().code, ErrorCode::kNotAnswering);
 }
 
-TEST_F(HilLinkTest, InRealTimeTheNewestMotorsCount) {
-  options_.lockstep = false;
-  open();
-  (void)exchange();
-  serve();
-  for (int i = 0; i < 20; ++i) {
-    ASSERT_TRUE(exchange().ok());
-    clock_.advance(4ms);
-    if (i % 3 == 0) serve();
-  }
-  booted_ = false;
-  clock_.advance(200ms);
-  EXPECT_FALSE(exchange().ok()) << "and silence is told all the same";
-}
-
 TEST_F(HilLinkTest, OutputsOutOfRangeAreRefused) {
   (void)exchange();
   serve();
