@@ -83,6 +83,8 @@ class Loop {
     }
     if (directive.phase == Phase::kKilled) wants_end(End::kKilled);
     ports_.controller->want(now, ports_.supervision->wanted());
+    // What the ground carries does not move as it is asked to.
+    client_.applied(now, ports_.supervision->off_the_ground() ? setpoint : std::nullopt);
     if (setpoint) {
       apply(now, *setpoint);
     } else {

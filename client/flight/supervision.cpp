@@ -11,7 +11,8 @@ std::optional<sdk::Setpoint> Supervision::step(Stamp now, const Observation& obs
 
 bool Supervision::off_the_ground() const noexcept {
   constexpr double kClear_m = 0.1;
-  return supervisor_.ground_z_m() && supervisor_.state()->state.p_WB.z() > *supervisor_.ground_z_m() + kClear_m;
+  const std::optional<double> ground_z_m = supervisor_.ground_z_m();
+  return !ground_z_m || !supervisor_.state() || supervisor_.state()->state.p_WB.z() > *ground_z_m + kClear_m;
 }
 
 void Supervision::learn(const Observation& observation) noexcept {

@@ -26,10 +26,11 @@ class Supervision {
 
   const Directive& directive() const noexcept { return supervisor_.directive(); }
   Wanted wanted() const noexcept { return supervisor_.wanted(); }
+  /// The air alone carries the vehicle, as far as is known: it is not where it stood when it armed.
+  bool off_the_ground() const noexcept;
   const Supervisor& supervisor() const noexcept { return supervisor_; }
 
  private:
-  bool off_the_ground() const noexcept;
   void learn(const Observation& observation) noexcept;
 
   Supervisor supervisor_;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/sdk/asked_history.h"
 #include "client/sdk/fallback.h"
 #include "client/sdk/plan_player.h"
 #include "client/sdk/problem_watch.h"
@@ -37,6 +38,12 @@ std::uint64_t fresh_number() {
   std::uint64_t number = 0;
   while (number == 0) number = (std::uint64_t{device()} << 32) | device();
   return number;
+}
+
+RateCommand command_of(const Setpoint& setpoint) {
+  RateCommand command;
+  command << setpoint.collective_thrust_n, setpoint.body_rates_rad_s;
+  return command;
 }
 
 // The last 4096 values of something.
@@ -154,6 +161,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
     last_state_.state = state;
     last_state_.thrust_known = thrust_known;
     last_state_.depth_sequence = depth_sequence_.load(std::memory_order_acquire);
+    last_state_.asked = asked_.at(stamp);
     endpoint_->publish(last_state_);
     return last_state_.sequence;
   }
@@ -209,9 +217,16 @@ class DdsClient final : public Client, private dds::ClientHandler {
     }
     if (const auto setpoint = player_.at(now, std::clamp<Stamp>(period, Stamp{0}, kMaxPeriod))) {
       fallback_.reset();
-      return *setpoint;
+      return played(now, *setpoint);
     }
-    return fallback_.update(now, state);
+    return played(now, fallback_.update(now, state));
+  }
+
+  void applied(Stamp now, const std::optional<Setpoint>& setpoint) override {
+    if (!by_rates()) return;
+    if (!setpoint) return asked_.note(now, {protocol::AskedBy::kUnknown});
+    const RateCommand command = command_of(*setpoint);
+    if (now != played_at_ || command != played_) asked_.note(now, {protocol::AskedBy::kOther, command});
   }
 
   protocol::Problems problems() const override {
@@ -249,6 +264,19 @@ class DdsClient final : public Client, private dds::ClientHandler {
   }
 
  private:
+  bool by_rates() const { return options_.actuation.kind == Actuation::Kind::kBodyRates; }
+
+  const Setpoint& played(Stamp now, const Setpoint& setpoint) {
+    if (!by_rates()) return setpoint;
+    played_at_ = now;
+    played_ = command_of(setpoint);
+    if (setpoint.source == Setpoint::Source::kPlan)
+      asked_.note(now, {});
+    else
+      asked_.note(now, {protocol::AskedBy::kFallback, played_});
+    return setpoint;
+  }
+
   protocol::SessionRequest request(std::uint64_t number) const {
     protocol::SessionRequest request;
     request.vehicle = options_.vehicle;
@@ -383,10 +411,13 @@ class DdsClient final : public Client, private dds::ClientHandler {
   std::atomic<std::uint64_t> depth_sequence_{0};
   std::atomic<std::uint64_t> frame_session_{0};
 
-  // play() only; the mailbox is how commands get there without a lock.
+  // play() and applied() only; the mailbox is how commands get there without a lock.
   Mailbox<protocol::ThrustRateCommand> play_box_;
   PlanPlayer player_;
   Fallback fallback_;
+  Stamp played_at_{-1};
+  RateCommand played_ = RateCommand::Zero();
+  AskedHistory asked_;  // written by play() and applied(), read by send_state()
   // From a state's stamp to the first use of the plan that answers it, by the client's own clock: the whole delay, in
   // simulated time too.
   std::atomic<std::int64_t> played_after_{0};

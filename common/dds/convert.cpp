@@ -278,6 +278,9 @@ void to_wire(const protocol::VehicleState& in, wire::VehicleState* out) {
   out->depth_sequence(in.depth_sequence);
   out->heard_waypoint(in.heard_waypoint);
   out->heard_lap(in.heard_lap);
+  out->asked_by(static_cast<std::uint8_t>(in.asked.by));
+  out->asked_collective_thrust_n(static_cast<float>(in.asked.command[0]));
+  put(Eigen::Vector3d(in.asked.command.tail<3>()), &out->asked_body_rates_rad_s());
 }
 
 Status from_wire(const wire::VehicleState& in, protocol::VehicleState* out) {
@@ -298,6 +301,10 @@ Status from_wire(const wire::VehicleState& in, protocol::VehicleState* out) {
   out->depth_sequence = in.depth_sequence();
   out->heard_waypoint = in.heard_waypoint();
   out->heard_lap = in.heard_lap();
+  out->asked.by = static_cast<protocol::AskedBy>(in.asked_by());
+  Eigen::Vector3d asked_rates_B;
+  get(in.asked_body_rates_rad_s(), &asked_rates_B);
+  out->asked.command << in.asked_collective_thrust_n(), asked_rates_B;
   Status verdict = protocol::validate(*out);
   if (verdict.ok()) out->state.q_WB.normalize();
   return verdict;
@@ -391,6 +398,7 @@ void to_wire(const protocol::Telemetry& in, wire::Telemetry* out) {
   out->encode_time_s(in.encode_time_s);
   out->found_thrust_factor(in.identified.thrust_factor);
   put(in.identified.rate_time_constant_s, &out->found_rate_time_constant_s());
+  put(in.identified.rate_limit_rad_s, &out->found_rate_limit_rad_s());
   out->last_code(static_cast<std::uint8_t>(in.last_code));
   out->last_field() = in.last_field;
   out->last_value() = in.last_value;
@@ -414,6 +422,7 @@ Status from_wire(const wire::Telemetry& in, protocol::Telemetry* out) {
   out->encode_time_s = in.encode_time_s();
   out->identified.thrust_factor = in.found_thrust_factor();
   get(in.found_rate_time_constant_s(), &out->identified.rate_time_constant_s);
+  get(in.found_rate_limit_rad_s(), &out->identified.rate_limit_rad_s);
   out->last_code = static_cast<ErrorCode>(in.last_code());
   out->last_field = in.last_field().c_str();
   out->last_value = in.last_value().c_str();

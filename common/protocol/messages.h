@@ -11,6 +11,7 @@
 #include "common/base/result.h"
 #include "common/course/course.h"
 #include "common/geometry/camera.h"
+#include "common/protocol/asked.h"
 #include "common/protocol/identified_drive.h"
 #include "common/protocol/problems.h"
 #include "common/vehicle/actuation.h"
@@ -79,6 +80,7 @@ struct VehicleState {
   std::uint64_t depth_sequence = 0;  ///< newest depth frame sent before this state; 0 = none
   std::uint32_t heard_waypoint = 0;  ///< target and lap of the newest command heard: where a restarted server goes on
   std::uint32_t heard_lap = 0;
+  Asked asked;
 };
 
 enum class DepthEncoding : std::uint8_t {

@@ -54,6 +54,9 @@ constexpr std::array<Text, kProblems> kTexts{{
     {"rate_loop_unlike_told",
      "body rates follow their command much faster or slower than told: check actuation.rate_time_constant_s and the "
      "flight controller's gains"},
+    {"rate_limit_unlike_told",
+     "body rates stay at a limit below what they are asked for: check quadrotor.body_rate_max_rad_s and the flight "
+     "controller's limits of rates"},
 }};
 
 }  // namespace

@@ -35,8 +35,9 @@ enum class Problem : std::uint8_t {
   kDeadlinesMissed = 22,         ///< control steps are late: too many vehicles, or too slow a machine
   kThrustUnlikeTold = 23,        ///< by body rates: the vehicle gives more or less thrust than it is asked for
   kRateLoopUnlikeTold = 24,      ///< by body rates: the rates follow faster or slower than was told
+  kRateLimitUnlikeTold = 25,     ///< by body rates: the rates stay at a limit below what may be asked for
 };
-inline constexpr int kProblems = 25;
+inline constexpr int kProblems = 26;
 
 using Problems = std::uint64_t;  ///< a set of Problem: bit by number
 constexpr Problems bit(Problem problem) noexcept { return Problems{1} << static_cast<unsigned>(problem); }

@@ -101,6 +101,18 @@ Status check_health(const PlannerHealth& health) {
   return {};
 }
 
+Status check_asked(const Asked& asked) {
+  if (asked.by > AskedBy::kUnknown)
+    return wrong("asked_by", text(static_cast<int>(asked.by)),
+                 "0 (plans), 1 (fallback), 2 (something else) or 3 (nobody knows)");
+  if (auto s = check_range("asked_collective_thrust_n", asked.command[0], -kRotors * kMaxThrust_n,
+                           kRotors * kMaxThrust_n, "finite and at most 4e4 N");
+      !s)
+    return s;
+  return check_norm("asked_body_rates_rad_s", asked.command.tail<3>(), kMaxRate_rad_s,
+                    "finite and less than 200 rad/s");
+}
+
 Status check_heard(std::uint32_t waypoint, std::uint32_t lap) {
   if (waypoint > kMaxWaypoints)
     return wrong("heard_waypoint", text(waypoint), "at most " + std::to_string(kMaxWaypoints));
@@ -184,6 +196,7 @@ Status validate(const VehicleState& state) {
     return s;
   if (state.round_trip.count() < 0 || seconds(state.round_trip) > kMaxDuration_s)
     return wrong("round_trip", text(seconds(state.round_trip)) + " s", "0 (not measured) to 60 s");
+  if (auto s = check_asked(state.asked); !s) return s;
   return check_heard(state.heard_waypoint, state.heard_lap);
 }
 
@@ -239,6 +252,8 @@ Status validate(const Telemetry& telemetry) {
   for (Eigen::Index i = 0; i < 3; ++i) {
     const double lag_s = found.rate_time_constant_s[i];
     if (auto s = check_range("found_rate_time_constant_s", lag_s, 0, 10, "0 to 10 s"); !s) return s;
+    const double limit_rad_s = found.rate_limit_rad_s[i];
+    if (auto s = check_range("found_rate_limit_rad_s", limit_rad_s, 0, kMaxRate_rad_s, "0 to 200 rad/s"); !s) return s;
   }
   if (auto s = check_text("last_field", telemetry.last_field, kMaxFieldLength); !s) return s;
   if (auto s = check_text("last_value", telemetry.last_value, kMaxFieldLength); !s) return s;

@@ -137,6 +137,7 @@ Intake::Outcome Intake::take_state(const protocol::VehicleState& state, Stamp no
   sample.depth_sequence = state.depth_sequence;
   sample.heard_waypoint = state.heard_waypoint;
   sample.heard_lap = state.heard_lap;
+  sample.asked = state.asked;
   shared_->states.publish();
   if (state.depth_sequence != 0) shared_->frame_named.store(state.depth_sequence, std::memory_order_release);
   return Outcome::kTaken;

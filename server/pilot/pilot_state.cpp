@@ -12,7 +12,7 @@ namespace gatefield::pilot {
 namespace {
 
 /// Raised whenever a field's meaning changes: a state of another format is refused.
-constexpr std::uint32_t kStateFormat = 3;
+constexpr std::uint32_t kStateFormat = 4;
 /// States kept for frames still to come: a quarter of a second at 500 Hz. Older ones than these a frame is refused for.
 constexpr std::size_t kMaxHistory = 128;
 constexpr std::size_t kCommandNumbers = 12;  // of a step
@@ -79,6 +79,11 @@ void put(const MotionLine::State& motion, proto::MotionLine* out) {
   out->set_jumps(motion.jumps);
 }
 
+void put(const protocol::Asked& asked, proto::Asked* out) {
+  out->set_by(static_cast<std::uint32_t>(asked.by));
+  put(asked.command, out->mutable_command());
+}
+
 void put(const StateSample& sample, proto::Sample* out) {
   out->set_sequence(sample.sequence);
   out->set_stamp(sample.stamp.count());
@@ -91,6 +96,7 @@ void put(const StateSample& sample, proto::Sample* out) {
   out->set_depth_sequence(sample.depth_sequence);
   out->set_heard_waypoint(sample.heard_waypoint);
   out->set_heard_lap(sample.heard_lap);
+  put(sample.asked, out->mutable_asked());
 }
 
 void put(const DelayEstimate::Mean& mean, proto::Mean* out) {
@@ -179,6 +185,8 @@ void put(const Stepping::State& state, proto::Stepping* out) {
     to->set_length((piece.to - piece.from).count());
     put(piece.input, to->mutable_rates_n_s());
   }
+  put(state.inputs.told().asked, out->mutable_told());
+  out->set_plan_resumes(state.inputs.told().plan_resumes.count());
   put(state.delay.state().round_trip, out->mutable_round_trip());
   put(state.delay.state().residence, out->mutable_residence());
   put(state.delay.state().solve, out->mutable_solve());
@@ -281,6 +289,12 @@ class Reader {
     to->order.restore(order);
     to->number = from.number();
   }
+  void get(const proto::Asked& from, protocol::Asked* to, const char* field) {
+    if (from.by() > static_cast<std::uint32_t>(protocol::AskedBy::kUnknown))
+      return fail(field, std::to_string(from.by()), "0 to 3");
+    to->by = static_cast<protocol::AskedBy>(from.by());
+    get(from.command(), &to->command, field);
+  }
   void get(const proto::Sample& from, std::chrono::nanoseconds clock_ahead, StateSample* to) {
     to->sequence = from.sequence();
     to->stamp = Stamp{from.stamp()};
@@ -293,6 +307,7 @@ class Reader {
     to->depth_sequence = from.depth_sequence();
     to->heard_waypoint = from.heard_waypoint();
     to->heard_lap = from.heard_lap();
+    get(from.asked(), &to->asked, "stepping.newest.asked");
   }
   void get(const proto::Belief& from, gates::GateBelief* to, const char* field) {
     get(from.center_w(), &to->center_W, field);
@@ -393,6 +408,10 @@ class Reader {
       get(piece.rates_n_s(), &pieces.back().input, "stepping.inputs.rates_n_s");
     }
     if (!to->inputs.restore(pieces)) fail("stepping.inputs", "out of order", "pieces one after the other");
+    InputTimeline::Told told;
+    get(from.told(), &told.asked, "stepping.told");
+    told.plan_resumes = Stamp{from.plan_resumes()};
+    to->inputs.restore(told);
     const auto mean = [this](const proto::Mean& m) {
       if (!std::isfinite(m.value())) fail("stepping.delay", "not finite", "finite numbers");
       return DelayEstimate::Mean{m.value(), spread(m.deviation(), "stepping.delay"), m.count()};

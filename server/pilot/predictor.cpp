@@ -10,66 +10,6 @@ constexpr std::chrono::nanoseconds kLongestStep = std::chrono::milliseconds(10);
 
 }  // namespace
 
-void InputTimeline::add(Stamp plan_start, Stamp step, std::span<const PlainVector4> inputs, Stamp validity) noexcept {
-  while (count_ > 0 && nth(count_ - 1).from >= plan_start) --count_;
-  if (count_ > 0) nth(count_ - 1).to = std::min(nth(count_ - 1).to, plan_start);
-  const Stamp end = plan_start + validity;
-  Stamp from = plan_start;
-  for (const PlainVector4& input : inputs) {
-    if (from >= end) break;
-    if (count_ == kCapacity) {
-      first_ = (first_ + 1) % kCapacity;
-      --count_;
-    }
-    Piece& piece = nth(count_++);
-    piece.from = from;
-    piece.to = std::min(from + step, end);
-    piece.input = input;
-    from = piece.to;
-  }
-}
-
-void InputTimeline::begin_at(Stamp from) noexcept {
-  while (count_ > 0 && nth(0).to <= from) {
-    first_ = (first_ + 1) % kCapacity;
-    --count_;
-  }
-  if (count_ > 0) nth(0).from = std::max(nth(0).from, from);
-}
-
-bool InputTimeline::covers(Stamp from, Stamp to) const noexcept {
-  for (std::size_t i = 0; i < count_ && from < to; ++i) {
-    const Piece& piece = nth(i);
-    if (piece.to <= from) continue;
-    if (piece.from > from) return false;
-    from = piece.to;
-  }
-  return from >= to;
-}
-
-PlainVector4 InputTimeline::at(Stamp stamp) const noexcept {
-  PlainVector4 found = still_;
-  visit(stamp, stamp + Stamp{1}, [&](const PlainVector4& input, Stamp, Stamp) { found = input; });
-  return found;
-}
-
-std::vector<InputTimeline::Piece> InputTimeline::pieces(Stamp from) const {
-  std::vector<Piece> pieces;
-  for (std::size_t i = 0; i < count_; ++i)
-    if (nth(i).to > from) pieces.push_back(nth(i));
-  return pieces;
-}
-
-bool InputTimeline::restore(std::span<const Piece> pieces) noexcept {
-  if (pieces.size() > kCapacity) return false;
-  for (std::size_t i = 0; i < pieces.size(); ++i)
-    if (pieces[i].from >= pieces[i].to || (i > 0 && pieces[i].from < pieces[i - 1].to)) return false;
-  first_ = 0;
-  count_ = pieces.size();
-  std::copy(pieces.begin(), pieces.end(), ring_.begin());
-  return true;
-}
-
 void predict(const Dynamics& dynamics, const InputTimeline& inputs, Stamp from, Stamp to,
              const Eigen::Vector3d& disturbance_W_m_s2, QuadrotorState* state) noexcept {
   const bool by_rates = dynamics.actuation.kind == Actuation::Kind::kBodyRates;

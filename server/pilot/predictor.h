@@ -1,14 +1,11 @@
 #pragma once
 
-#include <array>
 #include <chrono>
-#include <cstddef>
-#include <span>
-#include <vector>
 
 #include "common/base/clock.h"
 #include "common/vehicle/actuation.h"
 #include "common/vehicle/quadrotor.h"
+#include "server/pilot/input_timeline.h"
 
 /// From a state that was true a moment ago to the state in which the next plan begins.
 namespace gatefield::pilot {
@@ -18,76 +15,6 @@ struct Dynamics {
   QuadrotorModel model = {};
   Actuation actuation = {};
   double thrust_factor = 1.0;  ///< by body rates: real thrust over what it is thought to be
-};
-
-/// What the vehicle was told to do, as pieces of constant input over the client's time: thrust rates, or by body rates
-/// what was asked for (RateCommand). A plan holds from its start until the next one's start; what it said beyond that
-/// is cut off, because the client switches over there. Past the newest plan's validity, and before the first one, the
-/// input is the one that changes nothing (thrust rates of zero; a hover).
-/// Thread-safe: no (control step).   Real-time safe: yes (fixed memory).
-class InputTimeline {
- public:
-  /// @param still  the input where no plan holds
-  explicit InputTimeline(const PlainVector4& still = PlainVector4::Zero()) noexcept : still_(still) {}
-
-  /// A plan was sent. @param step  length of each interval, more than 0
-  void add(Stamp plan_start, Stamp step, std::span<const PlainVector4> inputs, Stamp validity) noexcept;
-
-  /// What was sent did not hold before `from`: the first plan's delay was not known when it was made.
-  void begin_at(Stamp from) noexcept;
-
-  /// Whether plans cover all of [from, to].
-  bool covers(Stamp from, Stamp to) const noexcept;
-  /// The input that holds at a stamp.
-  PlainVector4 at(Stamp stamp) const noexcept;
-
-  /// Calls f(input, from, to) for consecutive pieces that cover [from, to] without a hole.
-  template <typename F>
-  void visit(Stamp from, Stamp to, F&& f) const noexcept {
-    std::size_t i = 0;
-    std::size_t last = count_;  // nth(i).to > from for all i >= the one found
-    while (i < last) {
-      const std::size_t middle = i + (last - i) / 2;
-      if (nth(middle).to <= from)
-        i = middle + 1;
-      else
-        last = middle;
-    }
-    for (; from < to && i < count_; ++i) {
-      const Piece& piece = nth(i);
-      if (piece.from > from) {
-        const Stamp until = std::min(piece.from, to);
-        f(still_, from, until);
-        from = until;
-      }
-      if (from >= to) return;
-      const Stamp until = std::min(piece.to, to);
-      f(piece.input, from, until);
-      from = until;
-    }
-    if (from < to) f(still_, from, to);
-  }
-
-  struct Piece {
-    Stamp from{0};
-    Stamp to{0};
-    PlainVector4 input = PlainVector4::Zero();
-  };
-  /// What visit() can come to from `from` on: to be written down. Allocates.
-  std::vector<Piece> pieces(Stamp from) const;
-  /// @param pieces  one after the other, each longer than nothing; @return false, and nothing changes, when they aren't
-  bool restore(std::span<const Piece> pieces) noexcept;
-
- private:
-  /// 0.89 s of plans at 500 Hz, the fastest control rate, and one plan of 64 intervals on top.
-  static constexpr std::size_t kCapacity = 512;
-  const Piece& nth(std::size_t index) const noexcept { return ring_[(first_ + index) % kCapacity]; }
-  Piece& nth(std::size_t index) noexcept { return ring_[(first_ + index) % kCapacity]; }
-
-  PlainVector4 still_;
-  std::array<Piece, kCapacity> ring_;
-  std::size_t first_ = 0;
-  std::size_t count_ = 0;
 };
 
 /// Moves a state from one stamp to another through what was sent, in steps of at most 10 ms of the reference dynamics

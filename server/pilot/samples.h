@@ -22,6 +22,7 @@ struct StateSample {
   std::uint64_t depth_sequence = 0;
   std::uint32_t heard_waypoint = 0;
   std::uint32_t heard_lap = 0;
+  protocol::Asked asked;
 };
 
 /// A depth frame that was checked against the camera.

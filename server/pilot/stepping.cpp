@@ -5,6 +5,8 @@
 #include <cstring>
 #include <utility>
 
+#include "server/planner/drive/drive.h"
+
 namespace gatefield::pilot {
 namespace {
 
@@ -34,7 +36,7 @@ Stepping::Stepping(const protocol::SessionRequest* request, std::uint64_t sessio
       ahead_(progress_),
       gates_(&progress_.passages()),
       state_watch_(request->quadrotor, !by_rates()),
-      rate_lags_(request->actuation) {
+      drive_watch_(new_drive_watch()) {
   shared_->aim(progress_);
   state_.disturbance = Disturbance(planner_->profile().disturbance_time_s);
   protocol::ThrustRateCommand& command = state_.command;
@@ -56,6 +58,10 @@ InputTimeline Stepping::nothing_sent() const noexcept {
   return InputTimeline(by_rates() ? hover_command(request_->quadrotor) : PlainVector4(PlainVector4::Zero()));
 }
 
+DriveWatch Stepping::new_drive_watch() const noexcept {
+  return {request_->actuation, planner::body_rate_limits_rad_s(planner_->profile(), request_->quadrotor)};
+}
+
 Dynamics Stepping::dynamics() const noexcept {
   return {request_->quadrotor, request_->actuation, state_.thrust_factor.value()};
 }
@@ -75,7 +81,7 @@ void Stepping::begin_line(const StateSample& sample) noexcept {
   state_.measured_stamp = Stamp{-1};
   state_.have_plan = false;
   state_watch_ = StateWatch(request_->quadrotor, !by_rates());
-  rate_lags_ = RateLags(request_->actuation);
+  drive_watch_ = new_drive_watch();
   diagnosis_.begin_line();
 }
 
@@ -93,6 +99,8 @@ void Stepping::take_in(const StateSample& sample) noexcept {
     state_.measured_stamp = Stamp{-1};
     progress_.begin_elsewhere();
   }
+  if (by_rates())
+    state_.inputs.tell(state_.have_rotors ? state_.rotors_stamp : sample.stamp, sample.stamp, sample.asked);
   if (sample.thrust_known && !by_rates()) {
     rotors.thrust_n = sample.state.thrust_n;
     rotors.thrust_command_n = sample.state.thrust_command_n;
@@ -136,18 +144,15 @@ void Stepping::compare_with_prediction(const StateSample& sample) noexcept {
     Eigen::Vector3d missed_W = sample.state.v_WB - state_.measured.v_WB;
     if (by_rates()) {
       const bool asked_known = state_.inputs.covers(state_.measured_stamp, sample.stamp);
-      const Eigen::Vector3d z_W =
-          (before.q_WB * Eigen::Vector3d::UnitZ() + state_.measured.q_WB * Eigen::Vector3d::UnitZ()).normalized();
-      if (asked_known) {
-        const double thrust_n = 0.5 * (before.thrust_n.sum() + state_.measured.thrust_n.sum());
-        state_.thrust_factor.observe(missed_W, z_W, seconds(dt) * thrust_n / request_->quadrotor.mass_kg, dt);
-      }
-      watch_rate_loop(sample, asked_known);
+      if (asked_known)
+        state_.thrust_factor.observe(before, state_.measured, sample.state.v_WB, request_->quadrotor.mass_kg, dt);
+      watch_drive(sample, asked_known);
+      const Eigen::Vector3d z_W = thrust_axis_W(before, state_.measured);
       missed_W -= z_W.dot(missed_W) * z_W;
     }
     state_.disturbance.observe(missed_W, dt);
   } else {
-    rate_lags_.interrupt(sample.state.w_WB_B);
+    drive_watch_.interrupt(sample.state.w_WB_B);
   }
   state_.measured = sample.state;
   state_.measured.thrust_n = state_.rotors.thrust_n;
@@ -155,11 +160,12 @@ void Stepping::compare_with_prediction(const StateSample& sample) noexcept {
   state_.measured_stamp = sample.stamp;
 }
 
-void Stepping::watch_rate_loop(const StateSample& sample, bool asked_known) noexcept {
-  if (!asked_known) return rate_lags_.interrupt(sample.state.w_WB_B);
-  state_.inputs.visit(state_.measured_stamp, sample.stamp,
-                      [this](const RateCommand& asked, Stamp from, Stamp to) { rate_lags_.follow(asked, to - from); });
-  rate_lags_.observe(sample.state.w_WB_B, sample.stamp - state_.measured_stamp);
+void Stepping::watch_drive(const StateSample& sample, bool asked_known) noexcept {
+  if (!asked_known) return drive_watch_.interrupt(sample.state.w_WB_B);
+  state_.inputs.visit(state_.measured_stamp, sample.stamp, [this](const RateCommand& asked, Stamp from, Stamp to) {
+    drive_watch_.follow(asked, to - from);
+  });
+  drive_watch_.observe(sample.state.w_WB_B, sample.stamp - state_.measured_stamp);
 }
 
 /// Behind the last gate, as far as braking takes, at the gate's height.
@@ -368,10 +374,7 @@ protocol::Problems Stepping::diagnose(double effective_samples, Withheld withhel
   findings.deadlines_missed = shared_->account.deadlines_missed.load(std::memory_order_relaxed);
   findings.withheld = problems(withheld);
   findings.contradictions = contradictions_;
-  if (by_rates()) {
-    if (state_.thrust_factor.unlike_told()) findings.contradictions |= bit(protocol::Problem::kThrustUnlikeTold);
-    if (rate_lags_.unlike_told()) findings.contradictions |= bit(protocol::Problem::kRateLoopUnlikeTold);
-  }
+  if (by_rates()) findings.contradictions |= drive_watch_.problems(state_.thrust_factor);
   findings.sensing = shared_->sensing_problems.load(std::memory_order_relaxed);
   return diagnosis_.step(findings);
 }
@@ -384,14 +387,8 @@ void Stepping::solved(std::chrono::nanoseconds took) noexcept {
   shared_->account.steps.add(solve);
   state_.command.health.solve_time_s = seconds(solve);
   shared_->healths.write(state_.command.health);
-  if (by_rates()) identify();
-}
-
-/// An axis that hardly moves any more keeps the lag that was found last.
-void Stepping::identify() noexcept {
-  if (state_.thrust_factor.known()) identified_.thrust_factor = state_.thrust_factor.value();
-  for (int axis = 0; axis < 3; ++axis)
-    if (const auto lag_s = rate_lags_.lag_s(axis)) identified_.rate_time_constant_s[axis] = *lag_s;
+  if (!by_rates()) return;
+  drive_watch_.fill(state_.thrust_factor, &identified_);
   shared_->drives.write(identified_);
 }
 

@@ -11,9 +11,9 @@
 #include "server/gates/known_gates.h"
 #include "server/pilot/diagnosis.h"
 #include "server/pilot/disturbance.h"
+#include "server/pilot/drive_watch.h"
 #include "server/pilot/mailboxes.h"
 #include "server/pilot/predictor.h"
-#include "server/pilot/rate_lags.h"
 #include "server/pilot/state_watch.h"
 #include "server/pilot/step_observer.h"
 #include "server/pilot/thrust_factor.h"
@@ -130,13 +130,13 @@ class Stepping {
   InputTimeline nothing_sent() const noexcept;
   Dynamics dynamics() const noexcept;
   void compare_with_prediction(const StateSample& sample) noexcept;
-  void watch_rate_loop(const StateSample& sample, bool asked_known) noexcept;
+  DriveWatch new_drive_watch() const noexcept;
+  void watch_drive(const StateSample& sample, bool asked_known) noexcept;
   void hold_behind(const planner::PlanInput& input) noexcept;
   void fill_command(Stamp plan_start) noexcept;
   void fill_health(std::chrono::nanoseconds horizon, double field_age_s, bool degraded, Withheld withheld) noexcept;
   bool depth_missing() const noexcept;
   bool target_should_be_seen() const noexcept;
-  void identify() noexcept;
   protocol::Problems diagnose(double effective_samples, Withheld withheld) noexcept;
 
   const protocol::SessionRequest* request_;
@@ -150,7 +150,7 @@ class Stepping {
   State state_;
   planner::Plan plan_;
   StateWatch state_watch_;
-  RateLags rate_lags_;
+  DriveWatch drive_watch_;
   protocol::IdentifiedDrive identified_;
   protocol::Problems contradictions_ = 0;  // of state_watch_, as of the newest state
   Diagnosis diagnosis_;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/vehicle/quadrotor.h"
-
 namespace gatefield::pilot {
 
 void ThrustFactor::observe(const Eigen::Vector3d& missed_W_m_s, const Eigen::Vector3d& z_W, double push_m_s,
@@ -14,6 +12,16 @@ void ThrustFactor::observe(const Eigen::Vector3d& missed_W_m_s, const Eigen::Vec
   const double correction = std::clamp(z_W.dot(missed_W_m_s) / push_m_s, -kMaxCorrection, kMaxCorrection);
   factor_ = std::clamp(factor_ + (1.0 - std::exp(-dt_s / kTime_s)) * correction, kLow, kHigh);
   observed_ = std::min(observed_ + dt, kWarmUp);
+}
+
+void ThrustFactor::observe(const QuadrotorState& begin, const QuadrotorState& predicted, const Eigen::Vector3d& v_WB,
+                           double mass_kg, Stamp dt) noexcept {
+  const double thrust_n = 0.5 * (begin.thrust_n.sum() + predicted.thrust_n.sum());
+  observe(v_WB - predicted.v_WB, thrust_axis_W(begin, predicted), seconds(dt) * thrust_n / mass_kg, dt);
+}
+
+Eigen::Vector3d thrust_axis_W(const QuadrotorState& begin, const QuadrotorState& end) noexcept {
+  return (begin.q_WB * Eigen::Vector3d::UnitZ() + end.q_WB * Eigen::Vector3d::UnitZ()).normalized();
 }
 
 bool ThrustFactor::unlike_told() const noexcept { return known() && std::abs(factor_ - 1.0) > kUnlike; }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "common/base/clock.h"
+#include "common/vehicle/quadrotor.h"
 
 namespace gatefield::pilot {
 
@@ -27,6 +28,11 @@ class ThrustFactor {
   /// @param z_W           the body's z meanwhile, a unit vector
   /// @param push_m_s      integral of thrust / m over dt, without the factor
   void observe(const Eigen::Vector3d& missed_W_m_s, const Eigen::Vector3d& z_W, double push_m_s, Stamp dt) noexcept;
+  /// The same from two states.
+  /// @param begin      the state before, and @param predicted  what was predicted from it: thrusts as modelled in both
+  /// @param v_WB       velocity that was measured in place of the predicted one
+  void observe(const QuadrotorState& begin, const QuadrotorState& predicted, const Eigen::Vector3d& v_WB,
+               double mass_kg, Stamp dt) noexcept;
   double value() const noexcept { return factor_; }
   /// Enough was seen to tell people of it.
   bool known() const noexcept { return observed_ >= kWarmUp; }
@@ -43,5 +49,8 @@ class ThrustFactor {
   double factor_ = 1.0;
   Stamp observed_{0};
 };
+
+/// The body's z between two states, a unit vector.
+Eigen::Vector3d thrust_axis_W(const QuadrotorState& begin, const QuadrotorState& end) noexcept;
 
 }  // namespace gatefield::pilot

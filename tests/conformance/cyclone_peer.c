@@ -67,6 +67,7 @@ static void check_state(const void* sample) {
   EXPECT(s->q_WB[1] == -0.5 && s->q_WB[3] == 0.5);
   EXPECT(s->thrust_command_n[3] == 2.875 && !s->thrust_known);
   EXPECT(s->round_trip_ns == 4200000 && s->depth_sequence == 5 && s->heard_waypoint == 2 && s->heard_lap == 1);
+  EXPECT(s->asked_by == 2 && s->asked_collective_thrust_n == 8.25f && s->asked_body_rates_rad_s[2] == 1.25f);
 }
 
 static void check_depth(const void* sample) {
@@ -102,6 +103,7 @@ static void check_telemetry(const void* sample) {
   check_health(&t->health);
   EXPECT(t->states_received == 1001 && t->deadlines_missed == 6 && t->encode_time_s == 0.00375);
   EXPECT(t->found_thrust_factor == 1.0625 && t->found_rate_time_constant_s[2] == 0.0625);
+  EXPECT(t->found_rate_limit_rad_s[0] == 0.0 && t->found_rate_limit_rad_s[1] == 2.5);
   EXPECT(t->last_code == 1 && strcmp(t->last_field, "q_WB") == 0 && strcmp(t->last_expected, "norm 1") == 0);
   EXPECT(strcmp(t->last_reason, "q_WB has norm 2, expected 1") == 0);
 }

@@ -60,6 +60,7 @@ inline protocol::VehicleState good_state(const std::string& vehicle = "drone", s
   state.depth_sequence = 5;
   state.heard_waypoint = 2;
   state.heard_lap = 1;
+  state.asked = {protocol::AskedBy::kOther, {8.25, 0.5, -0.75, 1.25}};
   return state;
 }
 
@@ -133,7 +134,7 @@ inline protocol::Telemetry good_telemetry(const std::string& vehicle = "drone") 
   telemetry.commands_sent = 996;
   telemetry.deadlines_missed = 6;
   telemetry.encode_time_s = 0.00375;
-  telemetry.identified = {1.0625, {0.03125, 0.046875, 0.0625}};
+  telemetry.identified = {1.0625, {0.03125, 0.046875, 0.0625}, {0.0, 2.5, 1.25}};
   telemetry.last_code = ErrorCode::kInvalid;
   telemetry.last_field = "q_WB";
   telemetry.last_value = "of norm 2";

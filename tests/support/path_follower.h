@@ -33,6 +33,7 @@ class PathFollower final : public sdk::Client {
   std::optional<protocol::ThrustRateCommand> wait_for_answer(std::uint64_t state_sequence,
                                                              std::chrono::milliseconds timeout) override;
   sdk::Setpoint play(Stamp now, const QuadrotorState& state, std::chrono::nanoseconds period) override;
+  void applied(Stamp, const std::optional<sdk::Setpoint>&) override {}
   sdk::LinkStatistics statistics() const override;
   protocol::Problems problems() const override { return 0; }
   std::optional<sdk::ProblemChange> problem_change() override;

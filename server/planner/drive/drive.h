@@ -49,6 +49,10 @@ class Drive {
   virtual void restore(const RateCommand& /*asked*/) noexcept {}
 };
 
+/// Most that a plan of body rates asks for, about each axis of B, rad/s: the profile's limits, and the vehicle's own
+/// where those are lower.
+Eigen::Vector3d body_rate_limits_rad_s(const Profile& profile, const QuadrotorModel& model) noexcept;
+
 /// The two there are, for make().
 std::unique_ptr<Drive> make_rotor_drive(const Profile& profile, const QuadrotorModel& model);
 std::unique_ptr<Drive> make_rate_drive(const Profile& profile, const QuadrotorModel& model, const Actuation& actuation);

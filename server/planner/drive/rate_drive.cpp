@@ -23,12 +23,8 @@ class RateDrive final : public Drive {
     const double least_n = kRotors * model.thrust_min_n, most_n = kRotors * model.thrust_max_n;
     how_.low[0] = std::max(least_n, std::min(profile.rates_thrust_low * most_n, 0.5 * (least_n + hover_n)));
     how_.high[0] = std::min(most_n, std::max(profile.rates_thrust_high * most_n, 0.5 * (most_n + hover_n)));
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      const double profiles = i < 2 ? profile.rates_tilt_limit_rad_s : profile.rates_yaw_limit_rad_s;
-      const double vehicles = model.body_rate_max_rad_s[i];
-      how_.high[i + 1] = vehicles > 0.0 ? std::min(vehicles, profiles) : profiles;
-      how_.low[i + 1] = -how_.high[i + 1];
-    }
+    how_.high.tail<3>() = body_rate_limits_rad_s(profile, model);
+    how_.low.tail<3>() = -how_.high.tail<3>();
     const auto f = [](double value) { return static_cast<float>(value); };
     noise_.mixer = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
     if (changes()) {
@@ -106,6 +102,13 @@ class RateDrive final : public Drive {
 };
 
 }  // namespace
+
+Eigen::Vector3d body_rate_limits_rad_s(const Profile& profile, const QuadrotorModel& model) noexcept {
+  Eigen::Vector3d limits(profile.rates_tilt_limit_rad_s, profile.rates_tilt_limit_rad_s, profile.rates_yaw_limit_rad_s);
+  for (Eigen::Index i = 0; i < 3; ++i)
+    if (model.body_rate_max_rad_s[i] > 0.0) limits[i] = std::min(limits[i], model.body_rate_max_rad_s[i]);
+  return limits;
+}
 
 std::unique_ptr<Drive> make_rate_drive(const Profile& profile, const QuadrotorModel& model,
                                        const Actuation& actuation) {

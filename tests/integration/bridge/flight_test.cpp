@@ -9,6 +9,7 @@
 #include <memory>
 #include <thread>
 
+#include "common/protocol/problems.h"
 #include "tests/integration/bridge/world.h"
 #include "tests/integration/race/programs.h"
 #include "tests/support/mavlink_controller.h"
@@ -58,6 +59,9 @@ TEST_F(BridgeFlight, FromTheArmSwitchThroughTheFirstGateToTheGround) {
   world.arm_switch = true;
   EXPECT_EQ(bridge.wait(90s).value_or(-1), 0) << bridge.output();
   EXPECT_TRUE(world.passed) << bridge.output();
+  EXPECT_EQ(bridge.output().find(protocol::sentence(protocol::Problem::kThrustUnlikeTold)), std::string::npos)
+      << "its thrust is as told, whoever asked for it:\n"
+      << bridge.output();
   EXPECT_GT(world.highest_m, 1.0);
   EXPECT_TRUE(world.on_ground);
   EXPECT_FALSE(world.armed);

@@ -49,6 +49,9 @@ class FalsifyingClient final : public sdk::Client {
   sdk::Setpoint play(Stamp now, const QuadrotorState& state, std::chrono::nanoseconds period) override {
     return client_->play(clock(now), told(state), period);
   }
+  void applied(Stamp now, const std::optional<sdk::Setpoint>& setpoint) override {
+    client_->applied(clock(now), setpoint);
+  }
 
   std::optional<protocol::ThrustRateCommand> newest() override { return client_->newest(); }
   std::optional<protocol::ThrustRateCommand> wait_for_answer(std::uint64_t state_sequence,

@@ -318,6 +318,54 @@ TEST(Fly, AVehicleDrivenByBodyRatesPlaysItsCommandsThenFallsBackByThem) {
   EXPECT_TRUE(fallback.rotor_thrust_n.isZero(0) && fallback.thrust_rate_n_s.isZero(0));
 }
 
+TEST(Fly, AStateSaysWhatTheVehicleIsAskedForWhereThatIsNotThePlan) {
+  using protocol::AskedBy;
+  ScriptedServer server("planner-1", accept_as(50), [](const protocol::VehicleState& state) {
+    auto command = answer_to(state);
+    command.actuation = Actuation::Kind::kBodyRates;
+    command.thrust_rate_n_s.fill(Eigen::Vector4d::Zero());
+    command.rotor_thrust_n.fill(Eigen::Vector4d::Zero());
+    return std::optional(command);
+  });
+  auto client = must_connect(driven_by_rates());
+  const QuadrotorState state = test::good_state().state;
+  const auto told = [&](Stamp stamp) {
+    const std::uint64_t sequence = client->send_state(stamp, state, false);
+    EXPECT_TRUE(client->wait_for_answer(sequence, 2s).has_value());
+    server.wait([&] { return !server.states.empty() && server.states.back().sequence == sequence; });
+    return server.states.back().asked;
+  };
+  const auto near = [](const protocol::Asked& asked, const Setpoint& setpoint) {
+    return std::abs(asked.command[0] - setpoint.collective_thrust_n) < 1e-5 &&
+           (asked.command.tail<3>() - setpoint.body_rates_rad_s).norm() < 1e-5;
+  };
+  EXPECT_EQ(told(1s).by, AskedBy::kPlans) << "nothing was asked for yet";
+  const Setpoint plan = client->play(1s + 31ms, state, 1ms);
+  EXPECT_EQ(told(1s + 40ms).by, AskedBy::kPlans);
+  client->applied(1s + 50ms, client->play(1s + 50ms, state, 1ms));
+  EXPECT_EQ(told(1s + 50ms).by, AskedBy::kPlans) << "it was what play() said";
+
+  Setpoint mixed = plan;
+  mixed.collective_thrust_n += 0.5;
+  mixed.body_rates_rad_s.x() -= 0.25;
+  client->play(1s + 60ms, state, 1ms);
+  client->applied(1s + 60ms, mixed);
+  protocol::Asked asked = told(1s + 60ms);
+  EXPECT_EQ(asked.by, AskedBy::kOther);
+  EXPECT_TRUE(near(asked, mixed));
+  client->applied(1s + 70ms, std::nullopt);
+  EXPECT_EQ(told(1s + 65ms).by, AskedBy::kOther) << "of a state some time back, what held then";
+  EXPECT_EQ(told(1s + 70ms).by, AskedBy::kUnknown);
+
+  const Setpoint fallback = client->play(3s, state, 1ms);
+  ASSERT_EQ(fallback.source, Setpoint::Source::kFallback);
+  asked = told(3s);
+  EXPECT_EQ(asked.by, AskedBy::kFallback);
+  EXPECT_TRUE(near(asked, fallback));
+  EXPECT_EQ(client->play(3s + 1ms, state, 1ms).source, Setpoint::Source::kPlan);
+  EXPECT_EQ(told(3s + 1ms).by, AskedBy::kPlans);
+}
+
 TEST(Fly, PlansOfTheOtherKindAreDropped) {
   ScriptedServer server("planner-1", accept_as(50), answer);  // rotor thrusts
   auto client = must_connect(driven_by_rates());

@@ -94,6 +94,9 @@ class FakeClient final : public sdk::Client {
     setpoint.rotor_thrust_n.setConstant(static_cast<double>(played.size()));
     return setpoint;
   }
+  void applied(Stamp, const std::optional<sdk::Setpoint>&) override {
+    ADD_FAILURE() << "who plays has nothing to tell";
+  }
   sdk::LinkStatistics statistics() const override { return {}; }
   protocol::Problems problems() const override { return 0; }
   std::optional<sdk::ProblemChange> problem_change() override { return std::nullopt; }

@@ -33,6 +33,7 @@ class FakeClient final : public sdk::Client {
   FakeClient(const FakeClock& clock, const QuadrotorModel& model) : clock_(clock), law_(model) {}
 
   Stamp plans_from{0}, plans_until = Stamp::max(), course_done_at = Stamp::max();
+  std::vector<std::optional<sdk::Setpoint>> told;  ///< by applied(), each step
 
   protocol::SessionReply session() const override {
     protocol::SessionReply reply;
@@ -66,6 +67,7 @@ class FakeClient final : public sdk::Client {
     setpoint.source = there() ? sdk::Setpoint::Source::kPlan : sdk::Setpoint::Source::kFallback;
     return setpoint;
   }
+  void applied(Stamp, const std::optional<sdk::Setpoint>& setpoint) override { told.push_back(setpoint); }
   sdk::LinkStatistics statistics() const override { return {}; }
   protocol::Problems problems() const override { return 0; }
   std::optional<sdk::ProblemChange> problem_change() override { return std::nullopt; }
@@ -91,6 +93,12 @@ class FakeVehicle final : public StateSource, public Actuator, public Observer {
   Stamp dies_at = Stamp::max();     // the firmware: no word, no motor
   Stamp disarms_at = Stamp::max();  // by itself
   std::vector<Phase> phases;
+  /// Each step: what was applied, and how high above the ground the vehicle was then.
+  struct Step {
+    std::optional<sdk::Setpoint> applied;
+    double height_m;
+  };
+  std::vector<Step> steps;
   bool armed = false;
 
   std::optional<TimedState> newest(Stamp now) noexcept override {
@@ -101,11 +109,15 @@ class FakeVehicle final : public StateSource, public Actuator, public Observer {
   SetpointPart accepts() const noexcept override { return SetpointPart::kCollectiveAndBodyRates; }
   Stamp period() const noexcept override { return 5ms; }
   void apply(Stamp now, const sdk::Setpoint& setpoint) noexcept override {
+    steps.push_back({setpoint, body.state.p_WB.z()});
     const double throttle = thrust_.command(now, setpoint.collective_thrust_n);
     const double thrust_n = body.model.mass_kg * kGravity_m_s2 * std::pow(throttle / throttle_at_hover, 1.7);
     move(armed ? thrust_n : 0.0, setpoint.body_rates_rad_s);
   }
-  void hold(Stamp) noexcept override { move(0.0, Eigen::Vector3d::Zero()); }
+  void hold(Stamp) noexcept override {
+    steps.push_back({std::nullopt, body.state.p_WB.z()});
+    move(0.0, Eigen::Vector3d::Zero());
+  }
 
   class Status final : public FlightController {
    public:
@@ -204,6 +216,30 @@ TEST_F(SupervisedLoop, FliesFromTheGroundToTheGround) {
   EXPECT_LT(vehicle.body.hardest_touch_m_s, 1.0);
   // The throttle was told a sixth too low.
   EXPECT_NEAR(thrust.hover_throttle(), vehicle.throttle_at_hover, 0.015);
+}
+
+TEST_F(SupervisedLoop, TellsTheServerWhatTheVehicleIsReallyAskedForOffTheGround) {
+  vehicle.switch_on_at = 102s;
+  client.course_done_at = 112s;
+  vehicle.over_at = 130s;
+  run();
+  ASSERT_EQ(client.told.size(), vehicle.steps.size()) << "each step";
+  int in_the_air = 0, on_the_ground = 0;
+  for (std::size_t i = 0; i < vehicle.steps.size(); ++i) {
+    const auto& [applied, height_m] = vehicle.steps[i];
+    const auto& told = client.told[i];
+    if (applied && height_m > 0.1) {
+      ++in_the_air;
+      ASSERT_TRUE(told) << "step " << i;
+      ASSERT_EQ(told->collective_thrust_n, applied->collective_thrust_n) << "step " << i;
+      ASSERT_EQ(told->body_rates_rad_s, applied->body_rates_rad_s) << "step " << i;
+    } else {
+      ++on_the_ground;
+      ASSERT_FALSE(told) << "step " << i << ": the ground or nobody carries it";
+    }
+  }
+  EXPECT_GT(in_the_air, 2000);
+  EXPECT_GT(on_the_ground, 400);
 }
 
 TEST_F(SupervisedLoop, NothingMovesWithoutTheSwitch) {

@@ -157,6 +157,8 @@ TEST(Convert, VehicleStateComesBackAsItWas) {
   EXPECT_EQ(out.depth_sequence, in.depth_sequence);
   EXPECT_EQ(out.heard_waypoint, in.heard_waypoint);
   EXPECT_EQ(out.heard_lap, in.heard_lap);
+  EXPECT_EQ(out.asked.by, in.asked.by);
+  EXPECT_EQ(out.asked.command, in.asked.command);
 }
 
 TEST(Convert, AQuaternionNearOneIsNormalised) {

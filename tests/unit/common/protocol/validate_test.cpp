@@ -204,6 +204,11 @@ TEST(ValidateState, RefusesEveryBadFieldByName) {
           {"round trip", [](S* s) { s->round_trip = Stamp(-5); }, "round_trip is"},
           {"heard waypoint", [](S* s) { s->heard_waypoint = 65; }, "heard_waypoint is 65"},
           {"heard lap", [](S* s) { s->heard_lap = 1001; }, "heard_lap is 1001"},
+          {"asked by", [](S* s) { s->asked.by = static_cast<AskedBy>(4); }, "asked_by is 4"},
+          {"asked thrust", [](S* s) { s->asked.command[0] = kNan; }, "asked_collective_thrust_n is nan"},
+          {"asked thrust huge", [](S* s) { s->asked.command[0] = 4.1e4; }, "asked_collective_thrust_n is 41000"},
+          {"asked rates", [](S* s) { s->asked.command[3] = -kInfinity; }, "asked_body_rates_rad_s is"},
+          {"asked rates huge", [](S* s) { s->asked.command[1] = 201; }, "asked_body_rates_rad_s is"},
       });
   expect_accepted<S>(test::good_state(), {
                                              [](S* s) { s->state.q_WB.coeffs() *= 1.0009; },
@@ -308,6 +313,7 @@ TEST(ValidateTelemetry, RefusesEveryBadFieldByName) {
           {"encode", [](T* t) { t->encode_time_s = -1; }, "encode_time_s is -1"},
           {"factor", [](T* t) { t->identified.thrust_factor = kNan; }, "found_thrust_factor is nan"},
           {"lag", [](T* t) { t->identified.rate_time_constant_s[2] = -0.1; }, "found_rate_time_constant_s is -0.1"},
+          {"limit", [](T* t) { t->identified.rate_limit_rad_s[0] = kNan; }, "found_rate_limit_rad_s is nan"},
           {"reason", [](T* t) { t->last_reason = "a\nb"; }, "last_reason is text with control"},
           {"isa", [](T* t) { t->isa = std::string(16, 'x'); }, "isa is 16"},
       });

@@ -23,12 +23,14 @@ namespace gatefield::pilot::testing {
 
 using namespace std::chrono_literals;
 
-/// Plans a constant thrust rate, the same on all rotors, and remembers what it was asked.
+/// Plans a constant thrust rate, the same on all rotors, and a constant command for a vehicle of body rates, and
+/// remembers what it was asked.
 class FakePlanner final : public planner::Planner {
  public:
   /// What the test sees of it and may change while the session owns the planner.
   struct Script {
     double rate_n_s = 1.0;
+    RateCommand rate_command = RateCommand::Zero();
     bool ok = true;
     bool not_finite = false;
     int resets = 0;
@@ -54,6 +56,7 @@ class FakePlanner final : public planner::Planner {
       plan->thrust_rate_n_s[at] = ThrustRates::Constant(script_->rate_n_s);
       state = step_planner(model_, state, plan->thrust_rate_n_s[at], profile_.step_s);
       plan->state[at] = state;
+      plan->rate_command[at] = script_->rate_command;
     }
     if (script_->not_finite) plan->thrust_rate_n_s[3][1] = std::nan("");
   }
@@ -215,10 +218,12 @@ inline protocol::DepthFrame depth_frame(const protocol::SessionRequest& request,
 /// One pilot on fakes, and the client's side of it.
 struct Bench {
   explicit Bench(protocol::Timing timing = protocol::Timing::kRealTime,
-                 const planner::Profile& profile = small_profile()) {
+                 const planner::Profile& profile = small_profile(), const Actuation& actuation = {}) {
     clock.set(1000s);
     PilotParts parts;
-    parts.request = request = join_request("drone", 7, timing);
+    request = join_request("drone", 7, timing);
+    request.actuation = actuation;
+    parts.request = request;
     parts.session = kId;
     parts.planner = std::make_unique<FakePlanner>(profile, request.quadrotor, planner);
     parts.sensor = std::make_unique<FakeSensor>(sensor);

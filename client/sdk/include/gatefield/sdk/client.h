@@ -75,8 +75,8 @@ struct ProblemChange {
 /// The thin client: joins a session, sends state and depth, holds the newest plan, plays it out, and falls back by
 /// itself when the plan runs dry (level out, hold height, then descend). A server that dies and returns is joined again
 /// without a call.
-/// Thread-safe: all but play(), which one thread at a time may call, beside the others.
-/// Real-time safe: play() yes; problems(), problem_change() and newest() only wait for a copy that another thread
+/// Thread-safe: all but play() and applied(), which one thread at a time may call, beside the others.
+/// Real-time safe: play() and applied() yes; problems(), problem_change() and newest() only wait for a copy that another thread
 /// makes; statistics() and session() allocate; the others make system calls.
 class Client {
  public:
@@ -112,6 +112,13 @@ class Client {
   /// fallback.
   /// @param period  until the next call, 0 to 100 ms (clamped); 0 gives the values at `now`
   virtual Setpoint play(Stamp now, const QuadrotorState& state, std::chrono::nanoseconds period) = 0;
+  /// What the vehicle is asked for from `now` on, until the next play() or applied(), where that is not what play()
+  /// said: a manoeuvre of a supervisor, a mixture of that and a plan. Empty: nobody here knows, since the motors are
+  /// off, the ground carries the vehicle, or somebody else flies it. The states tell it to the server, which would
+  /// otherwise predict, and find lags and thrust, by plans that nobody flies. Who applies what play() said has nothing
+  /// to tell (and may); neither has a vehicle of rotor thrusts, whose thrust_command_n says it.
+  /// Called by the thread that calls play(), after it.
+  virtual void applied(Stamp now, const std::optional<Setpoint>& setpoint) = 0;
 
   /// What the server says is wrong now: what the newest command's health and the newest telemetry's say, together.
   /// 0: nothing known of.
