@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 using flight::Wanted;
 
 constexpr Stamp kSettle = 500ms;        // of quiet setpoints before it is asked to arm, and between two tries
-constexpr Stamp kArmPatience = 3s;      // then it is asked anew
+constexpr Stamp kArmPatience = 5s;      // then it is asked anew
 constexpr Stamp kHovers = 200ms;        // of motors that hold the weight
 constexpr Stamp kTurn = 120ms;          // of a turn that is asked for while the vehicle is held, and of none before
 constexpr Stamp kTurnPatience = 500ms;  // until its motors push that way

@@ -165,24 +165,6 @@ TEST_F(HilLinkTest, MotorsThatAreOffStandStill) {
   EXPECT_EQ(motors->outputs, (std::array<double, 4>{}));
 }
 
-TEST(HilOptions, AreChecked) {
-  EXPECT_TRUE(validate(HilOptions{}).ok());
-  HilOptions options;
-  options.address = "udp:127.0.0.1:4560";
-  EXPECT_EQ(validate(options).failure().field, "address");
-  options.address = "tcp-listen:127.0.0.1:x";
-  EXPECT_EQ(validate(options).failure().field, "address.port");
-  options = {};
-  options.connect_timeout = 1ms;
-  EXPECT_EQ(validate(options).failure().field, "connect_timeout");
-  options = {};
-  options.boot_timeout = 1ms;
-  EXPECT_EQ(validate(options).failure().field, "boot_timeout");
-  options = {};
-  options.answer_timeout = 2min;
-  EXPECT_EQ(validate(options).failure().field, "answer_timeout");
-}
-
 TEST(HilLinkOpen, NobodyThatConnectsIsTold) {
   HilOptions options;
   options.address = "tcp-listen:127.0.0.1:0";
