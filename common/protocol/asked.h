@@ -15,7 +15,7 @@ enum class AskedBy : std::uint8_t {
 };
 
 /// What a vehicle of body rates is really asked for, as a state says it: when the state held, and until a later one
-/// says otherwise. A vehicle of rotor thrusts says kPlans, and what it is asked for as QuadrotorState::thrust_command_n.
+/// says otherwise. A vehicle of rotor thrusts says kPlans: QuadrotorState::thrust_command_n is what it is asked for.
 struct Asked {
   AskedBy by = AskedBy::kPlans;
   RateCommand command = RateCommand::Zero();  ///< of kFallback and kOther; else 0

@@ -19,9 +19,9 @@ namespace gatefield::pilot {
 ///             and lags whose acceleration is bounded (torque: yaw gains its rate slowly where the step is large)
 /// Each is held against the measured rates in the mean square over the last kMemory. A limit is known once the best of
 /// the limited ones beats the best of all others by kLeastGain, and leaves less than kLeftOver of its mean square: only
-/// a plateau does that. It is the mean rate that was measured on the plateau of the best, where the slowest lag has come
-/// near its limit and more than the next higher one is asked for. It is forgotten when the same is true the other way
-/// round.
+/// a plateau does that. It is the mean rate that was measured on the plateau of the best, where the slowest lag has
+/// come near its limit and more than the next higher one is asked for. It is forgotten when the same is true the other
+/// way round.
 /// Thread-safe: no (control step).   Real-time safe: yes (fixed work).
 class RateLimits {
  public:

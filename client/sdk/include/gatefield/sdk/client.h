@@ -76,8 +76,8 @@ struct ProblemChange {
 /// itself when the plan runs dry (level out, hold height, then descend). A server that dies and returns is joined again
 /// without a call.
 /// Thread-safe: all but play() and applied(), which one thread at a time may call, beside the others.
-/// Real-time safe: play() and applied() yes; problems(), problem_change() and newest() only wait for a copy that another thread
-/// makes; statistics() and session() allocate; the others make system calls.
+/// Real-time safe: play() and applied() yes; problems(), problem_change() and newest() only wait for a copy that
+/// another thread makes; statistics() and session() allocate; the others make system calls.
 class Client {
  public:
   /// Blocks until a server accepts, refuses or the timeout passes. A refusal is the error, as the server gave it (code,
