@@ -14,6 +14,7 @@
 #include "common/base/clock.h"
 #include "common/base/logging.h"
 #include "common/config/locate.h"
+#include "common/dds/library_log.h"
 #include "common/dds/server_endpoint.h"
 #include "common/protocol/validate.h"
 #include "server/app/data_files.h"
@@ -136,13 +137,15 @@ int serve(const std::string& program, const Options& options,
 
   const EndingSignals ending;
   const MonotonicClock clock;
+  dds::set_library_log([](const std::string& line) { log::warn(line); });
   DdsTransport transport;
   service::Service service(serving, factories(options, *eyes, *profiles, {.crew = &crew, .backend = *backend}), &clock,
                            &transport);
   transport.attach(&service);
   auto endpoint = dds::ServerEndpoint::create(
       options.domain, options.name, &transport,
-      {.on_packets_dropped = [](const dds::DroppedPackets& dropped) { log::warn(in_words(dropped)); }});
+      {.on_packets_dropped = [](const dds::DroppedPackets& dropped) { log::warn(in_words(dropped)); },
+       .on_samples_dropped = [](const dds::DroppedSamples& dropped) { log::warn(in_words(dropped)); }});
   if (!endpoint) return fail_with(kNotJoined, endpoint.error());
   transport.attach(endpoint.value().get());
   service.start();
