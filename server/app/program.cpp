@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
@@ -44,20 +45,26 @@ std::string lock_memory() {
   return {};
 }
 
-/// SIGINT and SIGTERM, taken by the thread that made this alone: all others inherit the mask.
+/// SIGINT and SIGTERM, taken by the thread that made this alone: all others inherit the mask. A terminal that is closed
+/// (SIGHUP) or a reader of the log that goes (SIGPIPE) ends no server.
 class EndingSignals {
  public:
   EndingSignals() {
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
+    sigaddset(&set_, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &set_, nullptr);
+    std::signal(SIGPIPE, SIG_IGN);
   }
   const char* wait() const {
     int signal = 0;
     while (signal <= 0) {
       const timespec second{1, 0};
       signal = sigtimedwait(&set_, nullptr, &second);
+      if (signal != SIGHUP) continue;
+      log::info("SIGHUP: the terminal is gone, the server goes on");
+      signal = 0;
     }
     return signal == SIGINT ? "SIGINT" : "SIGTERM";
   }
