@@ -52,8 +52,8 @@ class Stranger {
     Reader<wire::SessionRequestPubSubType>::Callbacks callbacks;
     callbacks.sample = [this](wire::SessionRequest* request, const Origin&) { overheard_ = request->request(); };
     callbacks.unreadable = [] {};
-    requests_ = must(Reader<wire::SessionRequestPubSubType>::open(participant_.get(), Topic::kSessionRequest,
-                                                                  std::move(callbacks)));
+    requests_ = must(
+        Reader<wire::SessionRequestPubSubType>::open(participant_.get(), Topic::kSessionRequest, std::move(callbacks)));
   }
   /// The number of the newest request in the domain.
   std::uint64_t overheard() const {
@@ -63,7 +63,8 @@ class Stranger {
   Participant* participant() { return participant_.get(); }
 
   template <typename Generated>
-  std::unique_ptr<Writer<Generated>> writer(Topic topic, std::uint32_t strength = 0, const std::string& partition = {}) {
+  std::unique_ptr<Writer<Generated>> writer(Topic topic, std::uint32_t strength = 0,
+                                            const std::string& partition = {}) {
     auto qos = writer_qos(topic, {});
     if (topic == Topic::kCommand) qos.ownership_strength().value = strength;
     return must(Writer<Generated>::open(participant_.get(), topic_name(topic), qos, partition));
@@ -274,8 +275,11 @@ TEST_F(Attacks, RequestsUnderManyNamesLeaveRoomForNewcomers) {
 
 TEST_F(Attacks, StatesUnderManyNamesLeaveRoomForNewcomers) {
   Stranger stranger;
-  for (int crowd = 0; crowd < 20; ++crowd) {  // a writer has a limit of names itself
-    auto states = stranger.writer<wire::VehicleStatePubSubType>(Topic::kVehicleState);
+  // A writer has a limit of names itself, and what one has said is alive as long as it is there.
+  std::vector<std::unique_ptr<Writer<wire::VehicleStatePubSubType>>> writers;
+  for (int crowd = 0; crowd < 20; ++crowd) {
+    writers.push_back(stranger.writer<wire::VehicleStatePubSubType>(Topic::kVehicleState));
+    const auto& states = writers.back();
     std::this_thread::sleep_for(50ms);
     for (std::uint64_t i = 0; i < 250; ++i) {
       const std::string name = "crowd-" + std::to_string(crowd) + "-" + std::to_string(i);
