@@ -145,7 +145,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
     bool due = false;
     {
       const std::lock_guard lock(mutex_);
-      if (logic_.on_state_sent(now)) problems_.reset();
+      if (logic_.on_state_sent(now)) adopted();
       due = logic_.request_due(now);
       if (due) again = request(logic_.request());
       last_state_.session = logic_.session().session;
@@ -188,9 +188,9 @@ class DdsClient final : public Client, private dds::ClientHandler {
         changed_.wait_for(lock, std::min(next_state, deadline) - now);
         continue;
       }
-      const bool adopted = logic_.on_state_sent(now);
-      if (adopted) problems_.reset();
-      const bool new_session = adopted || logic_.session().session != frame_session_.load();
+      const bool taken_over = logic_.on_state_sent(now);
+      if (taken_over) adopted();
+      const bool new_session = taken_over || logic_.session().session != frame_session_.load();
       const std::uint64_t session = logic_.session().session;
       const bool due = logic_.request_due(now);
       protocol::SessionRequest again;
@@ -245,7 +245,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
     {
       const std::lock_guard lock(mutex_);
       statistics.commands = commands_;
-      statistics.rejected = rejected_;
+      statistics.rejected = rejected_ + strangers_.load(std::memory_order_relaxed);
       statistics.reconnects = logic_.reconnects();
       statistics.packets_dropped = packets_dropped_.load(std::memory_order_relaxed);
       round_trips = round_trips_;
@@ -327,13 +327,27 @@ class DdsClient final : public Client, private dds::ClientHandler {
     endpoint_->publish(last_state_);
   }
 
-  void on_reply(const protocol::SessionReply& reply) override {
+  /// A new session is the current one. Under the mutex.
+  void adopted() {
+    problems_.reset();
+    const std::lock_guard lock(server_mutex_);
+    server_ = logic_.server();
+  }
+
+  void on_reply(const protocol::SessionReply& reply, const dds::ParticipantId& from) override {
     if (!options_.server.empty() && reply.server != options_.server) return;
     {
       const std::lock_guard lock(mutex_);
-      if (logic_.on_reply(reply, wall_now())) problems_.reset();
+      if (logic_.on_reply(reply, from, wall_now())) adopted();
     }
     changed_.notify_all();
+  }
+
+  bool hears(const dds::ParticipantId& from) noexcept override {
+    const std::lock_guard lock(server_mutex_);
+    if (from == server_) return true;
+    strangers_.fetch_add(1, std::memory_order_relaxed);
+    return false;
   }
 
   void on_command(const protocol::ThrustRateCommand& command) override {
@@ -402,6 +416,10 @@ class DdsClient final : public Client, private dds::ClientHandler {
   std::uint64_t rejected_ = 0;
   Window round_trips_;
   Window solves_;
+
+  std::mutex server_mutex_;  // taken after mutex_, and by callbacks that hold the middleware's locks
+  dds::ParticipantId server_;
+  std::atomic<std::uint64_t> strangers_{0};  // commands and telemetry of other participants
 
   std::mutex state_mutex_;  // taken before mutex_
   protocol::VehicleState last_state_;

@@ -1,5 +1,7 @@
 #include "client/sdk/session_logic.h"
 
+#include <utility>
+
 namespace gatefield::sdk {
 namespace {
 
@@ -20,17 +22,17 @@ bool SessionLogic::request_due(Stamp now) {
   return true;
 }
 
-bool SessionLogic::on_reply(const protocol::SessionReply& reply, Stamp now) {
+bool SessionLogic::on_reply(const protocol::SessionReply& reply, const dds::ParticipantId& from, Stamp now) {
   if (reply.request != request_ || phase_ == Phase::kFailed) return false;
-  const bool ours = phase_ != Phase::kJoining && reply.server == session_.server;
+  const bool ours = phase_ != Phase::kJoining && from == server_;
 
   if (reply.accepted) {
     if (phase_ == Phase::kJoined && reply.session == session_.session && ours) return false;  // heard before
     if (phase_ == Phase::kJoined && !ours) {
-      spare_ = reply;
+      spare_ = {reply, from};
       return false;
     }
-    adopt(reply);
+    adopt(reply, from);
     return true;
   }
 
@@ -47,10 +49,10 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, Stamp now) {
     phase_ = Phase::kEnded;
     refusal_ = refusal_in(reply);
     if (spare_) {
-      adopt(*spare_);
+      adopt_spare();
       return true;
     }
-  } else if (spare_ && spare_->server == reply.server) {
+  } else if (spare_ && spare_->from == from) {
     spare_.reset();
   }
   return false;
@@ -58,12 +60,11 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, Stamp now) {
 
 bool SessionLogic::on_state_sent(Stamp now) {
   if (!unanswered_since_) unanswered_since_ = now;
-  if (phase_ == Phase::kJoined && spare_ && silent(now)) {
-    adopt(*spare_);
-    unanswered_since_ = now;
-    return true;
-  }
-  return false;
+  if (phase_ != Phase::kJoined || !spare_) return false;
+  if (!silent(now, spare_->reply.server == session_.server ? kSilenceOfName : kSilence)) return false;
+  adopt_spare();
+  unanswered_since_ = now;
+  return true;
 }
 
 SessionLogic::Heard SessionLogic::on_command(const protocol::ThrustRateCommand& command) {
@@ -75,10 +76,16 @@ SessionLogic::Heard SessionLogic::on_command(const protocol::ThrustRateCommand& 
   return Heard::kNew;
 }
 
-void SessionLogic::adopt(const protocol::SessionReply& reply) {
+void SessionLogic::adopt_spare() {
+  const Spare spare = std::move(*spare_);
+  adopt(spare.reply, spare.from);
+}
+
+void SessionLogic::adopt(const protocol::SessionReply& reply, const dds::ParticipantId& from) {
   if (phase_ != Phase::kJoining) ++reconnects_;
   phase_ = Phase::kJoined;
   session_ = reply;
+  server_ = from;
   spare_.reset();
   refusal_.reset();
   last_command_ = 0;

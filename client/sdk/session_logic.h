@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "common/base/result.h"
+#include "common/dds/participant_id.h"
 #include "common/protocol/messages.h"
 
 namespace gatefield::sdk {
@@ -14,9 +15,10 @@ namespace gatefield::sdk {
 ///    |--refused, may_pass(code)--> joining, with a new request number after a pause
 ///    '--refused--> failed
 ///
-/// While joined, an acceptance of the same request with another session number comes
-///   from a server of our server's name: it has restarted, and the new session is adopted;
-///   from another server: it is a spare, adopted when ours is silent for kSilence although states were sent.
+/// A server is known by its participant; its name is only what it says. Once joined, nobody but the participant whose
+/// acceptance was adopted can refuse the session or replace it. An acceptance of the same request by another one is a
+/// spare's, adopted when ours is silent although states were sent: for kSilence, or, where it has our server's name (it
+/// restarted), for kSilenceOfName.
 ///
 /// A request is sent again every kRetry while joining, and every kSilence while the server is silent (servers answer a
 /// number that they know already with the same reply).
@@ -27,6 +29,7 @@ class SessionLogic {
   static constexpr std::chrono::milliseconds kRetry{500};
   static constexpr std::chrono::milliseconds kRefusedPause{250};
   static constexpr std::chrono::milliseconds kSilence{1000};
+  static constexpr std::chrono::milliseconds kSilenceOfName{500};  ///< longer than any plan: it falls back already
 
   enum class Phase { kJoining, kJoined, kEnded, kFailed };
 
@@ -38,16 +41,18 @@ class SessionLogic {
   std::uint64_t request() const noexcept { return request_; }
   /// Why joining failed, or the newest refusal that may pass while it has not; empty: no refusal since joining began.
   const std::optional<Error>& refusal() const noexcept { return refusal_; }
-  /// The session in use. @pre joined once
+  /// The session in use, and whose it is. @pre joined once
   const protocol::SessionReply& session() const noexcept { return session_; }
+  const dds::ParticipantId& server() const noexcept { return server_; }
   /// Sessions adopted after the first.
   std::uint64_t reconnects() const noexcept { return reconnects_; }
 
   /// True when a request is to be sent now; counts as sent.
   bool request_due(Stamp now);
 
+  /// @param from  the participant that sent it
   /// @return true when this reply made a new session the current one.
-  bool on_reply(const protocol::SessionReply& reply, Stamp now);
+  bool on_reply(const protocol::SessionReply& reply, const dds::ParticipantId& from, Stamp now);
 
   /// A state goes out. @return true when the spare server's session was adopted before it.
   bool on_state_sent(Stamp now);
@@ -58,14 +63,22 @@ class SessionLogic {
   Heard on_command(const protocol::ThrustRateCommand& command);
 
  private:
-  void adopt(const protocol::SessionReply& reply);
-  bool silent(Stamp now) const { return unanswered_since_ && now - *unanswered_since_ >= kSilence; }
+  struct Spare {
+    protocol::SessionReply reply;
+    dds::ParticipantId from;
+  };
+  void adopt_spare();
+  void adopt(const protocol::SessionReply& reply, const dds::ParticipantId& from);
+  bool silent(Stamp now, std::chrono::milliseconds limit = kSilence) const {
+    return unanswered_since_ && now - *unanswered_since_ >= limit;
+  }
 
   Phase phase_ = Phase::kJoining;
   std::uint64_t request_;
   std::optional<Error> refusal_;
   protocol::SessionReply session_;
-  std::optional<protocol::SessionReply> spare_;
+  dds::ParticipantId server_;
+  std::optional<Spare> spare_;
   std::uint64_t reconnects_ = 0;
   std::uint64_t last_command_ = 0;
   std::optional<Stamp> next_request_;  // empty: at once

@@ -28,20 +28,27 @@ class Endpoint final : public ClientEndpoint {
     const auto unreadable = [this](Topic topic) {
       return [this, topic] { handler_->on_rejected(topic, "the sample is no sample of this topic's type"); };
     };
-    // Readers first: the answer to a request must find one.
-    ReplyReader::Callbacks on_reply{[this](wire::SessionReply* sample, const Origin&) {
+    // Readers first: the answer to a request must find one. Replies and telemetry of all vehicles come by; only our own
+    // are kept, so that a stranger's can't fill our places for them, nor our counters.
+    const auto own = [this](std::string_view vehicle, const ParticipantId&, std::size_t) {
+      return vehicle == vehicle_;
+    };
+    const auto ours = [this](std::string_view vehicle, const ParticipantId& from, std::size_t) {
+      return vehicle == vehicle_ && handler_->hears(from);
+    };
+    ReplyReader::Callbacks on_reply{[this](wire::SessionReply* sample, const Origin& origin) {
                                       receive<protocol::SessionReply>(
                                           Topic::kSessionReply, *sample, &reply_,
-                                          [this](const auto& reply) { handler_->on_reply(reply); });
+                                          [&](const auto& reply) { handler_->on_reply(reply, origin.participant); });
                                     },
-                                    nullptr, unreadable(Topic::kSessionReply)};
+                                    nullptr, unreadable(Topic::kSessionReply), own};
     if (auto s = keep(ReplyReader::open(participant_.get(), Topic::kSessionReply, on_reply), &replies_); !s) return s;
     CommandReader::Callbacks on_command{[this](wire::ThrustRateCommand* sample, const Origin&) {
                                           receive<protocol::ThrustRateCommand>(
                                               Topic::kCommand, *sample, &command_,
                                               [this](const auto& command) { handler_->on_command(command); });
                                         },
-                                        nullptr, unreadable(Topic::kCommand)};
+                                        nullptr, unreadable(Topic::kCommand), ours};
     if (auto s = keep(CommandReader::open(participant_.get(), Topic::kCommand, on_command, command_partition(vehicle_)),
                       &commands_);
         !s)
@@ -51,7 +58,7 @@ class Endpoint final : public ClientEndpoint {
                                                   Topic::kTelemetry, *sample, &telemetry_,
                                                   [this](const auto& telemetry) { handler_->on_telemetry(telemetry); });
                                             },
-                                            nullptr, unreadable(Topic::kTelemetry)};
+                                            nullptr, unreadable(Topic::kTelemetry), ours};
     if (auto s = keep(TelemetryReader::open(participant_.get(), Topic::kTelemetry, on_telemetry), &telemetries_); !s)
       return s;
 
@@ -101,11 +108,8 @@ class Endpoint final : public ClientEndpoint {
     return Error{"vehicle is \"" + vehicle + "\", expected \"" + vehicle_ + "\", the name this endpoint was made for"};
   }
 
-  // Replies and telemetry of all vehicles come by; only our own are looked at, so that a stranger's can't fill our
-  // counters.
   template <typename Message, typename Sample, typename Deliver>
   void receive(Topic topic, const Sample& sample, Message* message, Deliver&& deliver) {
-    if (!(sample.vehicle() == vehicle_)) return;
     const Status verdict = from_wire(sample, message);
     if (verdict.ok())
       deliver(*message);

@@ -16,7 +16,14 @@ namespace gatefield::dds {
 class ClientHandler {
  public:
   virtual ~ClientHandler() = default;
-  virtual void on_reply(const protocol::SessionReply& reply) = 0;
+  /// @param from  the participant that sent it
+  virtual void on_reply(const protocol::SessionReply& reply, const ParticipantId& from) = 0;
+  /// Whether commands and telemetry of this participant are wanted. What others send is dropped before it can displace
+  /// anything, whatever its ownership strength. Called with the middleware's locks held: no waiting, no allocation.
+  virtual bool hears(const ParticipantId& from) noexcept {
+    static_cast<void>(from);
+    return true;
+  }
   virtual void on_command(const protocol::ThrustRateCommand& command) = 0;
   virtual void on_telemetry(const protocol::Telemetry& telemetry) = 0;
   virtual void on_rejected(Topic topic, const std::string& reason) = 0;

@@ -5,6 +5,8 @@
 #include <string>
 
 #include "common/dds/packet_check.h"
+#include "common/dds/participant_id.h"
+#include "common/dds/sample_fault.h"
 
 /// What both ends of the wire share. No header of this folder shows a DDS type to its users: the service and the SDK
 /// see protocol messages, handlers and results only.
@@ -30,12 +32,27 @@ struct DroppedPackets {
 /// For people: "dropped 3 packets that no DDS participant sends, the last one from 10.0.0.7:41234, a submessage ..".
 std::string in_words(const DroppedPackets& dropped);
 
+/// Samples that a server did not take from whom they came.
+struct DroppedSamples {
+  std::uint64_t count = 0;  ///< since this was told last
+  // Of the newest:
+  SampleFault fault = SampleFault::kNone;
+  Topic topic = Topic::kVehicleState;
+  std::string vehicle;  ///< as it says; empty: an instance disposed of
+  ParticipantId from;
+};
+
+/// For people: "dropped 3 samples of strangers, the last one a .. of "drone" from participant 01.0f..: ..".
+std::string in_words(const DroppedSamples& dropped);
+
 struct TransportOptions {
   /// Depth frames kept for repair. 2 suits a LAN; take 8 when the round trip is longer than 10 ms.
   int depth_history = 2;
   /// Told of dropped packets, at most once a second; the last ones before the network falls silent may stay untold.
   /// Called on a thread of the middleware. May be empty.
   std::function<void(const DroppedPackets&)> on_packets_dropped;
+  /// Servers: as on_packets_dropped, of samples.
+  std::function<void(const DroppedSamples&)> on_samples_dropped;
 };
 
 }  // namespace gatefield::dds

@@ -5,6 +5,7 @@
 #include <fastdds/rtps/transport/TransportReceiverInterface.h>
 #include <fastrtps/utils/IPLocator.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "common/base/clock.h"
@@ -13,8 +14,24 @@
 namespace gatefield::dds {
 namespace {
 
+constexpr std::size_t kSender_at = 8;  // of the header
+
 namespace rtps = eprosima::fastdds::rtps;
 using eprosima::fastrtps::rtps::Locator_t;
+
+thread_local const ParticipantId* sender_now = nullptr;
+
+/// For the length of a packet.
+class Sender {
+ public:
+  explicit Sender(const ParticipantId& sender) : before_(std::exchange(sender_now, &sender)) {}
+  ~Sender() { sender_now = before_; }
+  Sender(const Sender&) = delete;
+  Sender& operator=(const Sender&) = delete;
+
+ private:
+  const ParticipantId* before_;
+};
 
 /// Tells of what is dropped, now and then.
 class Drops {
@@ -39,8 +56,12 @@ class Drops {
 
 class GuardedTransport final : public rtps::ChainingTransport {
  public:
-  GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor, std::shared_ptr<Drops> drops)
-      : ChainingTransport(descriptor), udp_(descriptor.low_level_descriptor), drops_(std::move(drops)) {}
+  GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor, std::shared_ptr<Drops> drops,
+                   AdmitsFragments admits_fragments)
+      : ChainingTransport(descriptor),
+        udp_(descriptor.low_level_descriptor),
+        drops_(std::move(drops)),
+        admits_fragments_(std::move(admits_fragments)) {}
 
   rtps::TransportDescriptorInterface* get_configuration() override { return udp_.get(); }
 
@@ -53,35 +74,49 @@ class GuardedTransport final : public rtps::ChainingTransport {
 
   void receive(rtps::TransportReceiverInterface* next, const eprosima::fastrtps::rtps::octet* buffer,
                std::uint32_t size, const Locator_t& local, const Locator_t& remote) override {
-    const PacketVerdict verdict = check_packet({buffer, size});
-    if (verdict.fault == PacketFault::kNone)
-      next->OnDataReceived(buffer, static_cast<std::uint32_t>(verdict.size), local, remote);
-    else
-      drops_->count(verdict, remote);
+    PacketVerdict verdict = check_packet({buffer, size});
+    if (verdict.fault != PacketFault::kNone) return drops_->count(verdict, remote);
+    ParticipantId sender;
+    std::copy_n(buffer + kSender_at, sender.bytes.size(), sender.bytes.begin());
+    if (verdict.fragmented_bytes > 0 && admits_fragments_ && !admits_fragments_(sender, verdict.fragmented_bytes)) {
+      verdict.fault = PacketFault::kStranger;
+      return drops_->count(verdict, remote);
+    }
+    const Sender speaking(sender);
+    next->OnDataReceived(buffer, static_cast<std::uint32_t>(verdict.size), local, remote);
   }
 
  private:
   const std::shared_ptr<rtps::TransportDescriptorInterface> udp_;
   const std::shared_ptr<Drops> drops_;
+  const AdmitsFragments admits_fragments_;
 };
 
 class GuardedDescriptor final : public rtps::ChainingTransportDescriptor {
  public:
   GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> udp,
-                    std::function<void(const DroppedPackets&)> on_dropped)
-      : ChainingTransportDescriptor(std::move(udp)), drops_(std::make_shared<Drops>(std::move(on_dropped))) {}
+                    std::function<void(const DroppedPackets&)> on_dropped, AdmitsFragments admits_fragments)
+      : ChainingTransportDescriptor(std::move(udp)),
+        drops_(std::make_shared<Drops>(std::move(on_dropped))),
+        admits_fragments_(std::move(admits_fragments)) {}
 
-  rtps::TransportInterface* create_transport() const override { return new GuardedTransport(*this, drops_); }
+  rtps::TransportInterface* create_transport() const override {
+    return new GuardedTransport(*this, drops_, admits_fragments_);
+  }
 
  private:
   std::shared_ptr<Drops> drops_;
+  AdmitsFragments admits_fragments_;
 };
 
 }  // namespace
 
+const ParticipantId* packet_sender() noexcept { return sender_now; }
+
 std::shared_ptr<rtps::TransportDescriptorInterface> guarded(std::shared_ptr<rtps::TransportDescriptorInterface> udp,
-                                                            std::function<void(const DroppedPackets&)> on_dropped) {
-  return std::make_shared<GuardedDescriptor>(std::move(udp), std::move(on_dropped));
+                                                            std::function<void(const DroppedPackets&)> on_dropped,
+                                                            AdmitsFragments admits_fragments) {
+  return std::make_shared<GuardedDescriptor>(std::move(udp), std::move(on_dropped), std::move(admits_fragments));
 }
 
 }  // namespace gatefield::dds

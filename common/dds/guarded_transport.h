@@ -2,19 +2,29 @@
 
 #include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 
 #include "common/dds/endpoint.h"
+#include "common/dds/participant_id.h"
 
 /// Inside common/dds only.
 namespace gatefield::dds {
 
+/// Whether somebody may send a sample of this size in fragments, for which memory is set aside before it is whole.
+/// Called on receiving threads.
+using AdmitsFragments = std::function<bool(const ParticipantId& from, std::uint32_t sample_bytes)>;
+
 /// UDP whose packets are read as RTPS before the library gets them (check_packet()), and dropped where they are wrong.
 /// @param udp         what carries the packets
 /// @param on_dropped  as TransportOptions::on_packets_dropped
+/// @param admits_fragments  may be empty: everybody may
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
     std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> udp,
-    std::function<void(const DroppedPackets&)> on_dropped);
+    std::function<void(const DroppedPackets&)> on_dropped, AdmitsFragments admits_fragments);
+
+/// Whose packet the library is reading on this thread; nullptr: none.
+const ParticipantId* packet_sender() noexcept;
 
 }  // namespace gatefield::dds

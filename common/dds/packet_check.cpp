@@ -22,7 +22,8 @@ constexpr std::uint8_t kPad = 0x01, kAckNack = 0x06, kHeartbeat = 0x07, kGap = 0
 constexpr std::uint8_t kLittleEndian = 1, kInlineQos = 2, kDataFlag = 4, kKeyFlag = 8, kFragKeyFlag = 4,
                        kNoTimestamp = 2;
 // Parameters (9.6.2.2.2).
-constexpr std::uint16_t kSentinel = 1;
+constexpr std::uint16_t kSentinel = 1, kContentFilterInfo = 0x55, kStatusInfo = 0x71;
+constexpr std::uint8_t kDisposedOrUnregistered = 3;  // of the status, in its last byte
 
 /// Fields one after the other, in the byte order of their submessage. Beyond the end all is 0, and ok() is false.
 class Fields {
@@ -80,14 +81,31 @@ class Fields {
 bool is_sequence(std::int64_t number) noexcept { return number >= 1 && number <= kMaxSequence; }
 
 /// Goes behind the sentinel of a list of parameters (9.4.2.11). @return false: it has none
-bool skip_parameters(Fields* list) noexcept {
+/// @param see  called with each parameter's number and value
+template <typename See>
+bool skip_parameters(Fields* list, See&& see) noexcept {
   while (true) {
     const std::uint16_t id = list->u16(), bytes = list->u16();
     if (!list->ok()) return false;
     if (id == kSentinel) return true;
-    if (bytes % 4 != 0) return false;
+    if (bytes % 4 != 0 || bytes > list->left()) return false;
+    see(id, list->rest().first(bytes));
     list->skip(bytes);
   }
+}
+bool skip_parameters(Fields* list) noexcept {
+  return skip_parameters(list, [](std::uint16_t, Bytes) {});
+}
+
+/// Goes behind inline QoS. @param ends  whether it says that an instance is disposed of or unregistered
+PacketFault check_inline_qos(Fields* list, bool* ends) noexcept {
+  bool filters = false;
+  const bool whole = skip_parameters(list, [&](std::uint16_t id, Bytes value) {
+    filters |= id == kContentFilterInfo;
+    *ends |= id == kStatusInfo && value.size() >= 4 && (value[3] & kDisposedOrUnregistered) != 0;
+  });
+  if (!whole) return PacketFault::kParameters;
+  return filters ? PacketFault::kFilter : PacketFault::kNone;
 }
 
 /// The entity's two highest bits of its kind say that it is one of discovery (9.3.1.2).
@@ -118,18 +136,25 @@ PacketFault check_data(Bytes body, std::uint8_t flags) noexcept {
   if (!is_sequence(sequence)) return PacketFault::kSequence;
   fields.skip(to_inline_qos - 16u);
   if (!fields.ok()) return PacketFault::kTooShort;
-  if ((flags & kInlineQos) != 0 && !skip_parameters(&fields)) return PacketFault::kParameters;
+  bool ends = false;
+  if ((flags & kInlineQos) != 0)
+    if (const PacketFault fault = check_inline_qos(&fields, &ends); fault != PacketFault::kNone) return fault;
+  // The library would take a sample without its payload for one that is there.
+  if ((flags & kDataFlag) == 0 && !ends) return PacketFault::kKey;
   if ((flags & (kDataFlag | kKeyFlag)) == 0) return PacketFault::kNone;
   if (fields.left() < 4) return PacketFault::kTooShort;
   return (flags & kDataFlag) != 0 && is_builtin(writer, little_endian) ? check_discovery(fields.rest())
                                                                        : PacketFault::kNone;
 }
 
-PacketFault check_data_frag(Bytes body, std::uint8_t flags) noexcept {
-  Fields fields(body, (flags & kLittleEndian) != 0);
+/// @param largest  becomes the sample's size where that is more, unless it is one of discovery
+PacketFault check_data_frag(Bytes body, std::uint8_t flags, std::uint32_t* largest) noexcept {
+  const bool little_endian = (flags & kLittleEndian) != 0;
+  Fields fields(body, little_endian);
   fields.skip(2);
   const std::uint16_t to_inline_qos = fields.u16();
-  fields.skip(8);
+  fields.skip(4);
+  const std::uint32_t writer = fields.u32();
   const std::int64_t sequence = fields.sequence();
   const std::uint64_t first = fields.u32(), count = fields.u16(), size = fields.u16(), sample = fields.u32();
   if (!fields.ok() || to_inline_qos < 28) return PacketFault::kTooShort;
@@ -138,9 +163,12 @@ PacketFault check_data_frag(Bytes body, std::uint8_t flags) noexcept {
   const std::uint64_t begin = (first - 1) * size;
   // The last fragment may be shorter than the others, but there is something in it.
   if (begin + (count - 1) * size >= sample) return PacketFault::kFragment;
+  if (!is_builtin(writer, little_endian)) *largest = std::max(*largest, static_cast<std::uint32_t>(sample));
   fields.skip(to_inline_qos - 28u);
   if (!fields.ok()) return PacketFault::kTooShort;
-  if ((flags & kInlineQos) != 0 && !skip_parameters(&fields)) return PacketFault::kParameters;
+  bool ends = false;
+  if ((flags & kInlineQos) != 0)
+    if (const PacketFault fault = check_inline_qos(&fields, &ends); fault != PacketFault::kNone) return fault;
   if ((flags & kFragKeyFlag) != 0) return PacketFault::kNone;
   const std::uint64_t payload = std::min(count * size, sample - begin);
   // Padding to a multiple of 4 may follow.
@@ -197,14 +225,21 @@ PacketFault check_heartbeat_frag(Fields fields) noexcept {
   return last >= 1 && last <= kMaxSample_bytes ? PacketFault::kNone : PacketFault::kRange;
 }
 
-/// @param said  the length in the submessage's header
-PacketFault check_submessage(std::uint8_t id, std::uint8_t flags, Bytes body, std::size_t said) noexcept {
+/// @param body   must have 20 bytes, as in INFO_SRC: unused, version, vendor, participant
+bool is_of(Bytes body, Bytes participant) noexcept {
+  return std::equal(participant.begin(), participant.end(), body.begin() + 8);
+}
+
+/// @param said         the length in the submessage's header
+/// @param participant  the datagram's
+PacketFault check_submessage(std::uint8_t id, std::uint8_t flags, Bytes body, std::size_t said, Bytes participant,
+                             std::uint32_t* fragmented_bytes) noexcept {
   const Fields fields(body, (flags & kLittleEndian) != 0);
   switch (id) {
     case kData:
       return check_data(body, flags);
     case kDataFrag:
-      return check_data_frag(body, flags);
+      return check_data_frag(body, flags, fragmented_bytes);
     case kHeartbeat:
       return check_heartbeat(fields);
     case kGap:
@@ -220,7 +255,8 @@ PacketFault check_submessage(std::uint8_t id, std::uint8_t flags, Bytes body, st
     case kInfoDestination:
       return body.size() >= 12 ? PacketFault::kNone : PacketFault::kTooShort;
     case kInfoSource:
-      return body.size() >= 20 ? PacketFault::kNone : PacketFault::kTooShort;
+      if (body.size() < 20) return PacketFault::kTooShort;
+      return is_of(body, participant) ? PacketFault::kNone : PacketFault::kSource;
     default:
       return PacketFault::kNone;
   }
@@ -228,38 +264,15 @@ PacketFault check_submessage(std::uint8_t id, std::uint8_t flags, Bytes body, st
 
 }  // namespace
 
-std::string_view sentence(PacketFault fault) noexcept {
-  switch (fault) {
-    case PacketFault::kNone:
-      return "nothing";
-    case PacketFault::kHeader:
-      return "it is no RTPS message of version 2";
-    case PacketFault::kCut:
-      return "a submessage goes beyond the packet's end";
-    case PacketFault::kTooShort:
-      return "a submessage is shorter than its fields";
-    case PacketFault::kVendor:
-      return "a vendor's submessage stands where none may";
-    case PacketFault::kSequence:
-      return "a sequence number is out of range";
-    case PacketFault::kRange:
-      return "a range of sequence numbers is turned round or too wide";
-    case PacketFault::kFragment:
-      return "fragments don't fit their sample, or it is too large";
-    case PacketFault::kParameters:
-      return "a list of parameters has no end";
-    case PacketFault::kFlags:
-      return "flags exclude each other";
-  }
-  return "";
-}
-
 PacketVerdict check_packet(Bytes datagram) noexcept {
-  const auto wrong = [](PacketFault fault, std::uint8_t submessage = 0) { return PacketVerdict{fault, submessage, 0}; };
+  const auto wrong = [](PacketFault fault, std::uint8_t submessage = 0) {
+    return PacketVerdict{fault, submessage, 0, 0};
+  };
   if (datagram.size() < kHeader_bytes || std::memcmp(datagram.data(), "RTPS", 4) != 0 || datagram[4] != 2)
     return wrong(PacketFault::kHeader);
   const bool eprosima = std::equal(kEprosima.begin(), kEprosima.end(), datagram.begin() + 6);
 
+  std::uint32_t fragmented_bytes = 0;
   std::size_t at = kHeader_bytes;
   while (at < datagram.size()) {
     if (datagram.size() - at < kSubmessageHeader_bytes) return wrong(PacketFault::kCut);
@@ -272,13 +285,14 @@ PacketVerdict check_packet(Bytes datagram) noexcept {
     // The library goes on at the next multiple of 4; only the last may end elsewhere.
     if (length > left || (length < left && length % 4 != 0)) return wrong(PacketFault::kCut, id);
     if (id == kStatistics && eprosima)
-      return said == kStatistics_bytes && length == left ? PacketVerdict{PacketFault::kNone, 0, at}
+      return said == kStatistics_bytes && length == left ? PacketVerdict{PacketFault::kNone, 0, at, fragmented_bytes}
                                                          : wrong(PacketFault::kVendor, id);
-    const PacketFault fault = check_submessage(id, flags, datagram.subspan(begin, length), said);
+    const PacketFault fault =
+        check_submessage(id, flags, datagram.subspan(begin, length), said, datagram.subspan(8, 12), &fragmented_bytes);
     if (fault != PacketFault::kNone) return wrong(fault, id);
     at = begin + length;
   }
-  return {PacketFault::kNone, 0, datagram.size()};
+  return {PacketFault::kNone, 0, datagram.size(), fragmented_bytes};
 }
 
 }  // namespace gatefield::dds

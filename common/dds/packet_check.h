@@ -20,9 +20,13 @@ enum class PacketFault : std::uint8_t {
   kFragment,    ///< fragments that don't fit their sample, or a sample beyond kMaxSample_bytes
   kParameters,  ///< a list of parameters without an end, or one that goes beyond its submessage
   kFlags,       ///< flags that exclude each other
+  kSource,      ///< it goes on in another participant's name
+  kFilter,      ///< it says what a reader's own filter would
+  kKey,         ///< a key alone that disposes of nothing
+  kStranger,    ///< fragments of a large sample of somebody who has no business with one (not by the packet alone)
 };
 /// How many there are, kNone included.
-inline constexpr std::size_t kPacketFaults = 10;
+inline constexpr std::size_t kPacketFaults = 14;
 /// What is wrong, for people: "a submessage is shorter than its fields".
 std::string_view sentence(PacketFault fault) noexcept;
 
@@ -32,6 +36,8 @@ struct PacketVerdict {
   /// What of the datagram the library may read. Shorter than the datagram by the submessage of statistics (0x80) that
   /// Fast DDS puts at the end of what it sends: reading one asserts what its sender says.
   std::size_t size = 0;
+  /// The largest sample that it has fragments of, but for those of discovery; 0: no fragments.
+  std::uint32_t fragmented_bytes = 0;
 };
 
 /// No writer of ours comes near: a thousand samples a second for nine thousand years.
@@ -48,6 +54,9 @@ inline constexpr std::uint32_t kMaxSample_bytes = 6'553'600 + 4'096;
 /// submessage's kind and length, sequence numbers, sets and ranges, fragments, lists of parameters, of inline QoS and
 /// of discovery. Submessages that the standard does not name pass, as it wants, but for those that the library reads as
 /// its own. What security has encrypted is seen by its outer form only.
+///
+/// A datagram speaks for one participant, the header's: an INFO_SRC of another one is refused. (Cyclone DDS packs what two
+/// participants of a process say into one datagram now and then; it sends again what was refused.)
 /// Thread-safe: yes.   Real-time safe: yes (no allocation; time linear in the datagram).
 PacketVerdict check_packet(std::span<const std::uint8_t> datagram) noexcept;
 

@@ -1,6 +1,8 @@
 #include "common/dds/participant.h"
 
+#include <algorithm>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <utility>
 
 #include "common/dds/qos.h"
 
@@ -10,17 +12,25 @@ using namespace eprosima::fastdds::dds;
 using eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
 using eprosima::fastrtps::rtps::WriterDiscoveryInfo;
 
+ParticipantId id_of(const eprosima::fastrtps::rtps::GuidPrefix_t& prefix) noexcept {
+  ParticipantId id;
+  std::copy_n(prefix.value, id.bytes.size(), id.bytes.begin());
+  return id;
+}
+
 Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, const std::string& name,
                                                        const std::string& user_data, const TransportOptions& transport,
                                                        std::function<void(const PeerEvent&)> on_peer,
-                                                       std::function<void(const WriterEvent&)> on_writer) {
+                                                       std::function<void(const WriterEvent&)> on_writer,
+                                                       AdmitsFragments admits_fragments) {
   if (domain > kMaxDomain)
     return Error{"domain is " + std::to_string(domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
   prepare_process();
   std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer), std::move(on_writer)));
   try {
     self->participant_ = DomainParticipantFactory::get_instance()->create_participant(
-        domain, participant_qos(domain, name, user_data, transport), self.get(), StatusMask::none());
+        domain, participant_qos(domain, name, user_data, transport, std::move(admits_fragments)), self.get(),
+        StatusMask::none());
   } catch (const std::exception& problem) {
     return Error{"the DDS participant in domain " + std::to_string(domain) +
                  " could not be created: " + problem.what()};
@@ -40,16 +50,6 @@ Participant::~Participant() {
   DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
 
-Status Participant::announce(const std::string& user_data) {
-  DomainParticipantQos qos = participant_->get_qos();
-  qos.user_data().setValue(std::vector<std::uint8_t>(user_data.begin(), user_data.end()));
-  if (participant_->set_qos(qos) != ReturnCode_t::RETCODE_OK)
-    return Error{"the DDS participant would not announce \"" + user_data + "\""};
-  return {};
-}
-
-ParticipantId Participant::id() const { return participant_->guid().guidPrefix; }
-
 eprosima::fastdds::dds::Topic* Participant::topic(const std::string& name, const TypeSupport& type) {
   if (auto* existing = participant_->lookup_topicdescription(name))
     return dynamic_cast<eprosima::fastdds::dds::Topic*>(existing);
@@ -59,7 +59,7 @@ eprosima::fastdds::dds::Topic* Participant::topic(const std::string& name, const
 
 void Participant::on_participant_discovery(DomainParticipant*, ParticipantDiscoveryInfo&& info) {
   PeerEvent event;
-  event.peer = info.info.m_guid.guidPrefix;
+  event.peer = id_of(info.info.m_guid.guidPrefix);
   event.gone = info.status == ParticipantDiscoveryInfo::REMOVED_PARTICIPANT ||
                info.status == ParticipantDiscoveryInfo::DROPPED_PARTICIPANT;
   const auto& data = info.info.m_userData;

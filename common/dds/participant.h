@@ -12,11 +12,12 @@
 
 #include "common/base/result.h"
 #include "common/dds/endpoint.h"
+#include "common/dds/guarded_transport.h"
 
 /// Inside common/dds only.
 namespace gatefield::dds {
 
-using ParticipantId = eprosima::fastrtps::rtps::GuidPrefix_t;
+ParticipantId id_of(const eprosima::fastrtps::rtps::GuidPrefix_t& prefix) noexcept;
 
 /// Another participant of the domain appeared, changed what it announces, or went (said goodbye or its lease ran out).
 struct PeerEvent {
@@ -44,17 +45,14 @@ Status keep(Result<std::unique_ptr<T>> opened, std::unique_ptr<T>* place) {
 class Participant final : private eprosima::fastdds::dds::DomainParticipantListener {
  public:
   /// `on_peer` and `on_writer` run on threads of the middleware; they may be called before open() returns.
-  /// @param on_writer  may be empty
+  /// @param on_writer, admits_fragments  may be empty
   static Result<std::unique_ptr<Participant>> open(std::uint32_t domain, const std::string& name,
                                                    const std::string& user_data, const TransportOptions& transport,
                                                    std::function<void(const PeerEvent&)> on_peer,
-                                                   std::function<void(const WriterEvent&)> on_writer = {});
+                                                   std::function<void(const WriterEvent&)> on_writer = {},
+                                                   AdmitsFragments admits_fragments = {});
   ~Participant() override;
 
-  /// Announces something else from now on.
-  Status announce(const std::string& user_data);
-
-  ParticipantId id() const;
   const TransportOptions& transport() const { return transport_; }
   eprosima::fastdds::dds::DomainParticipant* raw() { return participant_; }
 

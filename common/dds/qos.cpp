@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "common/dds/guarded_transport.h"
+#include "common/dds/library_log.h"
 
 namespace gatefield::dds {
 
@@ -24,7 +25,8 @@ constexpr std::uint32_t kDatagram_bytes = 1400;
 constexpr std::uint32_t kLongestDatagram_bytes = 65500;
 constexpr std::uint32_t kSocketBuffer_bytes = 4 << 20;
 constexpr std::uint32_t kPortsPerDomain = 250;
-constexpr int kMaxVehicles = 256;  // instances that a reader or writer keeps apart
+constexpr int kMaxVehicles = 256;   // instances that a reader or writer keeps apart
+constexpr int kMaxRequests = 1024;  // of requests, which come from those who have no session, too
 
 // Fast DDS has one setting for both: `maxMessageSize` sizes the receive buffers (longer packets are cut off and lost),
 // while the size of what is sent is asked from this function.
@@ -60,11 +62,12 @@ eprosima::fastrtps::rtps::MemoryManagementPolicy_t memory(Topic topic) {
                                      : eprosima::fastrtps::rtps::PREALLOCATED_MEMORY_MODE;
 }
 
-ResourceLimitsQosPolicy limits(int depth) {
+ResourceLimitsQosPolicy limits(Topic topic, int depth) {
+  const int instances = topic == Topic::kSessionRequest ? kMaxRequests : kMaxVehicles;
   ResourceLimitsQosPolicy policy;
   policy.max_samples_per_instance = depth;
-  policy.max_instances = kMaxVehicles;
-  policy.max_samples = kMaxVehicles * depth;
+  policy.max_instances = instances;
+  policy.max_samples = instances * depth;
   policy.allocated_samples = 2 * depth;
   policy.extra_samples = 4;
   return policy;
@@ -77,7 +80,7 @@ void fill_common(Topic topic, int depth, Qos* qos) {
   qos->durability().kind = transient_local(topic) ? TRANSIENT_LOCAL_DURABILITY_QOS : VOLATILE_DURABILITY_QOS;
   qos->history().kind = KEEP_LAST_HISTORY_QOS;
   qos->history().depth = depth;
-  qos->resource_limits() = limits(depth);
+  qos->resource_limits() = limits(topic, depth);
   qos->endpoint().history_memory_policy = memory(topic);
   qos->data_sharing().off();  // refuses keyed types
   if (topic == Topic::kCommand) {
@@ -102,7 +105,7 @@ void fill_foreign(Qos* qos) {
 }  // namespace
 
 DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name, const std::string& user_data,
-                                     const TransportOptions& transport) {
+                                     const TransportOptions& transport, AdmitsFragments admits_fragments) {
   DomainParticipantQos qos;
   qos.name(name.c_str());
   qos.user_data().setValue(std::vector<std::uint8_t>(user_data.begin(), user_data.end()));
@@ -126,7 +129,8 @@ DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& na
   udp->maxMessageSize = kLongestDatagram_bytes;
   udp->sendBufferSize = kSocketBuffer_bytes;
   udp->receiveBufferSize = kSocketBuffer_bytes;
-  qos.transport().user_transports.push_back(guarded(std::move(udp), transport.on_packets_dropped));
+  qos.transport().user_transports.push_back(
+      guarded(std::move(udp), transport.on_packets_dropped, std::move(admits_fragments)));
   return qos;
 }
 
@@ -136,6 +140,8 @@ DataWriterQos writer_qos(Topic topic, const TransportOptions& transport) {
   qos.publish_mode().kind = topic == Topic::kDepthFrame ? ASYNCHRONOUS_PUBLISH_MODE : SYNCHRONOUS_PUBLISH_MODE;
   qos.reliability().max_blocking_time = milliseconds(topic == Topic::kDepthFrame ? 5 : 100);
   qos.writer_data_lifecycle().autodispose_unregistered_instances = true;
+  // Expressions of filters come from whoever reads: none is parsed here.
+  qos.writer_resource_limits().reader_filters_allocation = {0, 0};
   if (topic == Topic::kVehicleState) {
     // Offered for those who want to watch; our server judges a silent vehicle by its own clock.
     qos.liveliness().kind = MANUAL_BY_TOPIC_LIVELINESS_QOS;
@@ -187,6 +193,7 @@ void prepare_process() {
     eprosima::fastrtps::LibrarySettingsAttributes settings;
     settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
     eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+    limit_library_log();
   });
 }
 

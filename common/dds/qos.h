@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/dds/endpoint.h"
+#include "common/dds/guarded_transport.h"
 
 /// Every QoS and transport setting of the project, and the only place that has any. docs/wire.md says why each value is
 /// what it is. Inside common/dds only.
@@ -22,7 +23,8 @@ namespace gatefield::dds {
 /// a process the next two, and the 121st would listen where the next domain calls its members together.
 eprosima::fastdds::dds::DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name,
                                                              const std::string& user_data,
-                                                             const TransportOptions& transport);
+                                                             const TransportOptions& transport,
+                                                             AdmitsFragments admits_fragments);
 
 eprosima::fastdds::dds::DataWriterQos writer_qos(Topic topic, const TransportOptions& transport);
 eprosima::fastdds::dds::DataReaderQos reader_qos(Topic topic, const TransportOptions& transport);

@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "common/dds/admission.h"
 #include "common/dds/participant.h"
 #include "common/dds/qos.h"
 #include "common/dds/wire_type.h"
@@ -34,21 +35,30 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
     std::function<void(Sample* sample, const Origin&)> sample;
     std::function<void(const Origin&)> disposed;  ///< may be empty
     std::function<void()> unreadable;             ///< a sample that is no sample of this type
+    Admits admits = {};                           ///< of our own topics; empty: everybody's samples are kept
   };
 
   static Result<std::unique_ptr<Reader>> open(Participant* participant, Topic topic, Callbacks callbacks,
                                               const std::string& partition = {}) {
+    const bool version_first = topic == Topic::kSessionRequest || topic == Topic::kSessionReply;
     return open(participant, topic_name(topic), reader_qos(topic, participant->transport()), std::move(callbacks),
-                partition);
+                partition, version_first);
   }
 
   /// Of a topic that other programs have named.
   static Result<std::unique_ptr<Reader>> open(Participant* participant, const std::string& topic,
                                               const eprosima::fastdds::dds::DataReaderQos& reader_qos,
-                                              Callbacks callbacks, const std::string& partition = {}) {
+                                              Callbacks callbacks, const std::string& partition = {},
+                                              bool version_first = false) {
     using namespace eprosima::fastdds::dds;
     std::unique_ptr<Reader> self(new Reader(participant, std::move(callbacks)));
-    auto* dds_topic = participant->topic(topic, TypeSupport(new Type()));
+    auto* const whole = participant->topic(topic, TypeSupport(new Type()));
+    TopicDescription* dds_topic = whole;
+    if (whole != nullptr && self->callbacks_.admits) {
+      self->admitted_ =
+          std::make_unique<AdmittedTopic>(participant->raw(), whole, version_first, self->callbacks_.admits);
+      dds_topic = self->admitted_->get();
+    }
     SubscriberQos qos = SUBSCRIBER_QOS_DEFAULT;
     if (!partition.empty()) qos.partition().push_back(partition.c_str());
     self->subscriber_ = dds_topic == nullptr ? nullptr : participant->raw()->create_subscriber(qos);
@@ -105,7 +115,7 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
           callbacks_.unreadable();
           continue;
         }
-        const Origin origin{info.sample_identity.writer_guid().guidPrefix, info.instance_handle};
+        const Origin origin{id_of(info.sample_identity.writer_guid().guidPrefix), info.instance_handle};
         if (info.valid_data) {
           callbacks_.sample(&sample_, origin);
         } else if (info.instance_state == NOT_ALIVE_DISPOSED_INSTANCE_STATE && callbacks_.disposed) {
@@ -119,6 +129,7 @@ class Reader final : private eprosima::fastdds::dds::DataReaderListener {
 
   Participant* participant_;
   Callbacks callbacks_;
+  std::unique_ptr<AdmittedTopic> admitted_;  ///< before the reader, which goes first
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;
   std::atomic<unsigned> arrivals_{0};  ///< calls of on_data_available that are not settled; 0 = nobody takes samples

@@ -21,7 +21,8 @@ std::string on_the_wire(const std::string& name) { return "rt" + name; }
 std::uint64_t program(const Origin& origin) {
   // The first four bytes are vendor and host; what follows tells the participants of a host apart.
   std::uint64_t number = 0;
-  std::memcpy(&number, &origin.participant.value[sizeof(origin.participant.value) - sizeof(number)], sizeof(number));
+  const auto& bytes = origin.participant.bytes;
+  std::memcpy(&number, &bytes[bytes.size() - sizeof(number)], sizeof(number));
   return number;
 }
 

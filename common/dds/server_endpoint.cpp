@@ -1,19 +1,21 @@
 #include "common/dds/server_endpoint.h"
 
 #include <algorithm>
-#include <condition_variable>
 #include <deque>
-#include <map>
 #include <mutex>
+#include <set>
 #include <shared_mutex>
+#include <string_view>
 #include <thread>
 #include <unordered_map>
-#include <vector>
 
+#include "common/base/clock.h"
 #include "common/dds/convert.h"
 #include "common/dds/participant.h"
 #include "common/dds/reader.h"
 #include "common/dds/request_type.h"
+#include "common/dds/sample_drops.h"
+#include "common/dds/speakers.h"
 #include "common/dds/writer.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
 
@@ -27,45 +29,55 @@ using ReplyWriter = Writer<wire::SessionReplyPubSubType>;
 using CommandWriter = Writer<wire::ThrustRateCommandPubSubType>;
 using TelemetryWriter = Writer<wire::TelemetryPubSubType>;
 
-// More requests than this from clients that never leave are not remembered (their going is not reported then).
-constexpr std::size_t kMaxRemembered = 1024;
+Error unreadable() { return Error("the sample is no sample of this topic's type"); }
 
 // Refusals that are kept for clients that are slow to hear them.
 constexpr std::size_t kKeptRefusals = 32;
 
-std::string announcement(const std::string& server, const char* phase) {
-  return "gatefield-server:" + server + ":" + phase;
+// What a server announces itself with, in its participant's user data.
+std::string announcement(const std::string& server) { return "gatefield-server:" + server + ":serving"; }
+
+Speakers::Instance instance_of(const Origin& origin) {
+  Speakers::Instance instance;
+  for (std::size_t i = 0; i < instance.size(); ++i) instance[i] = origin.instance.value[i];
+  return instance;
 }
 
 class Server final : public ServerEndpoint {
  public:
-  Server(std::string name, ServerHandler* handler) : name_(std::move(name)), handler_(handler) {}
+  Server(std::string name, ServerHandler* handler, const TransportOptions& transport)
+      : name_(std::move(name)), handler_(handler), drops_(transport.on_samples_dropped) {}
 
   Status open(std::uint32_t domain, const TransportOptions& transport) {
-    auto participant = Participant::open(domain, "gatefield-server " + name_, announcement(name_, "starting"),
-                                         transport, [this](const PeerEvent& event) { on_peer(event); });
+    auto participant = Participant::open(
+        domain, "gatefield-server " + name_, announcement(name_), transport,
+        [this](const PeerEvent& event) { on_peer(event); }, {},
+        [this](const ParticipantId& from, std::uint32_t bytes) { return speakers_.may_send_fragments(from, bytes); });
     if (auto s = keep(std::move(participant), &participant_); !s) return s;
-    if (auto alone = claim_name(domain); !alone) return alone;
 
     // Writers first: an answer must be possible when the first request comes in.
     if (auto s = keep(ReplyWriter::open(participant_.get(), Topic::kSessionReply), &replies_); !s) return s;
     if (auto s = keep(TelemetryWriter::open(participant_.get(), Topic::kTelemetry), &telemetry_); !s) return s;
 
-    const auto unreadable = [this](Topic topic) {
-      return [this, topic] { handler_->on_rejected(topic, "", Error("the sample is no sample of this topic's type")); };
+    const auto on_unreadable = [this](Topic topic) {
+      return [this, topic] { handler_->on_rejected(topic, "", unreadable()); };
+    };
+    const auto admits = [this](Topic topic) {
+      return [this, topic](std::string_view vehicle, const ParticipantId& from, std::size_t bytes) {
+        return this->admits(topic, vehicle, from, bytes);
+      };
     };
     StateReader::Callbacks on_state{[this](wire::VehicleState* sample, const Origin&) { this->on_state(*sample); },
-                                    nullptr, unreadable(Topic::kVehicleState)};
+                                    nullptr, on_unreadable(Topic::kVehicleState), admits(Topic::kVehicleState)};
     if (auto s = keep(StateReader::open(participant_.get(), Topic::kVehicleState, on_state), &states_); !s) return s;
     DepthReader::Callbacks on_depth{[this](wire::DepthFrame* sample, const Origin&) { this->on_depth(sample); },
-                                    nullptr, unreadable(Topic::kDepthFrame)};
+                                    nullptr, on_unreadable(Topic::kDepthFrame), admits(Topic::kDepthFrame)};
     if (auto s = keep(DepthReader::open(participant_.get(), Topic::kDepthFrame, on_depth), &frames_); !s) return s;
     RequestReader::Callbacks on_request{
         [this](wire::SessionRequest* sample, const Origin& origin) { this->on_request(*sample, origin); },
-        [this](const Origin& origin) { on_withdrawn(origin); }, unreadable(Topic::kSessionRequest)};
-    if (auto s = keep(RequestReader::open(participant_.get(), Topic::kSessionRequest, on_request), &requests_); !s)
-      return s;
-    return participant_->announce(announcement(name_, "serving"));
+        [this](const Origin& origin) { on_withdrawn(origin); }, on_unreadable(Topic::kSessionRequest),
+        admits(Topic::kSessionRequest)};
+    return keep(RequestReader::open(participant_.get(), Topic::kSessionRequest, on_request), &requests_);
   }
 
   ~Server() override {
@@ -89,6 +101,8 @@ class Server final : public ServerEndpoint {
       forget_old_refusals(reply.vehicle);
     } else if (auto opened = open_commands(reply.vehicle); !opened) {
       return opened;
+    } else {
+      speakers_.bind(reply.vehicle, reply.request);  // before it is heard of: the answer is a state
     }
     // The writer keeps a limited number of vehicles apart, and a withdrawn one's place is free only when every client
     // has heard of it: after many short visits that takes a moment.
@@ -134,39 +148,31 @@ class Server final : public ServerEndpoint {
       writer = std::move(found->second);
       commands_.erase(found);
     }
+    speakers_.unbind(vehicle);
     replies_->withdraw(vehicle);
     telemetry_->withdraw(vehicle);
   }
 
  private:
-  enum class Phase { kStarting, kServing };
-
-  struct Request {
-    ParticipantId participant;
-    eprosima::fastrtps::rtps::InstanceHandle_t instance;
-    std::string vehicle;
-    std::uint64_t number = 0;
-  };
-
-  // Of several servers of one name only one may answer. Everyone announces "starting", listens, and gives way to a
-  // server that serves already, and to one that starts too and has the smaller GUID.
-  Status claim_name(std::uint32_t domain) {
-    const ParticipantId own = participant_->id();
-    const auto must_yield = [&] {
-      return std::any_of(peers_.begin(), peers_.end(),
-                         [&](const auto& peer) { return peer.second == Phase::kServing || peer.first < own; });
-    };
-    std::unique_lock lock(peers_mutex_);
-    // A serving peer decides at once; a starting one may only be a passer-by until it serves, so those are judged at
-    // the end.
-    peers_changed_.wait_for(lock, kDiscoveryWait, [&] {
-      return std::any_of(peers_.begin(), peers_.end(), [](const auto& peer) { return peer.second == Phase::kServing; });
-    });
-    if (must_yield())
-      return Error{"a server named \"" + name_ + "\" is already in domain " + std::to_string(domain) +
-                   ", expected a name of its own for each server (or another domain)"};
-    claimed_ = true;
-    return {};
+  /// Of every sample that comes, before it is kept. A request whose name is none is told as one that was rejected.
+  bool admits(Topic topic, std::string_view vehicle, const ParticipantId& from, std::size_t bytes) {
+    const bool disposal = bytes == 0;
+    if (!disposal && vehicle.empty()) {
+      handler_->on_rejected(topic, "", unreadable());
+      return false;
+    }
+    SampleFault fault = SampleFault::kNone;
+    if (topic != Topic::kSessionRequest) {
+      fault = speakers_.may_speak(from, vehicle, bytes, clock_.now());
+    } else if (!disposal) {
+      if (!protocol::is_name(vehicle)) {
+        handler_->on_rejected(topic, "", protocol::validate_name("vehicle", std::string(vehicle)).failure());
+        return false;
+      }
+      fault = speakers_.may_ask(from, vehicle, clock_.now());
+    }
+    if (fault != SampleFault::kNone) drops_.count(fault, topic, vehicle, from);
+    return fault == SampleFault::kNone;
   }
 
   // The vehicle's command writer, if it has none yet. It is made without the lock: that takes the middleware a while,
@@ -199,80 +205,40 @@ class Server final : public ServerEndpoint {
     replies_->withdraw(oldest);
   }
 
+  // Who announces our name may be an honest server or somebody who wants us away: we serve, and people are told. Clients
+  // know servers apart by their participants.
   void on_peer(const PeerEvent& event) {
-    if (event.gone) {
-      forget_peer(event.peer);
-      return;
-    }
-    const bool starting = event.user_data == announcement(name_, "starting");
-    const bool serving = event.user_data == announcement(name_, "serving");
-    if (!starting && !serving) return;
-    bool clash = false;
+    if (event.gone) return forget_peer(event.peer);
+    if (event.user_data != announcement(name_)) return;
     {
-      const std::lock_guard lock(peers_mutex_);
-      peers_[event.peer] = serving ? Phase::kServing : Phase::kStarting;
-      clash = claimed_ && serving;
+      const std::lock_guard lock(namesakes_mutex_);
+      if (!namesakes_.insert(event.peer).second) return;  // is announced again and again
     }
-    peers_changed_.notify_all();
-    // Two networks that were apart have met: nobody can tell who was first, so people have to.
-    if (clash)
-      handler_->on_rejected(Topic::kSessionReply, "",
-                            Error("another server named \"" + name_ + "\" appeared in this domain; stop one of them"));
+    handler_->on_namesake(event.peer);
   }
 
   void forget_peer(const ParticipantId& peer) {
-    std::vector<Request> gone;
     {
-      const std::lock_guard lock(peers_mutex_);
-      peers_.erase(peer);
+      const std::lock_guard lock(namesakes_mutex_);
+      namesakes_.erase(peer);
     }
-    peers_changed_.notify_all();
-    {
-      const std::lock_guard lock(remembered_mutex_);
-      const auto first = std::stable_partition(remembered_.begin(), remembered_.end(),
-                                               [&](const Request& r) { return !(r.participant == peer); });
-      gone.assign(first, remembered_.end());
-      remembered_.erase(first, remembered_.end());
-    }
-    for (const Request& request : gone) handler_->on_vehicle_gone(request.vehicle, request.number);
+    for (const Speakers::Claim& gone : speakers_.forget(peer))
+      if (gone.number != 0) handler_->on_vehicle_gone(gone.vehicle, gone.number);
   }
 
   void on_withdrawn(const Origin& origin) {
-    Request gone;
-    {
-      const std::lock_guard lock(remembered_mutex_);
-      const auto found = std::find_if(remembered_.begin(), remembered_.end(), [&](const Request& r) {
-        return r.participant == origin.participant && r.instance == origin.instance;
-      });
-      if (found == remembered_.end()) return;  // someone else's withdrawal, or it left before
-      gone = *found;
-      remembered_.erase(found);
-    }
-    handler_->on_vehicle_gone(gone.vehicle, gone.number);
+    const auto gone = speakers_.release(origin.participant, instance_of(origin));
+    if (gone && gone->number != 0) handler_->on_vehicle_gone(gone->vehicle, gone->number);
   }
 
   void on_request(const wire::SessionRequest& sample, const Origin& origin) {
     const Status verdict = from_wire(sample, &request_);
-    if (const auto name = protocol::validate_name("vehicle", request_.vehicle); !name) {
-      handler_->on_rejected(Topic::kSessionRequest, "", name.failure());
-      return;
-    }
-    if (verdict.ok()) remember(origin);
+    if (!speakers_.claim(origin.participant, request_.vehicle, request_.request, instance_of(origin)))
+      return drops_.count(SampleFault::kStranger, Topic::kSessionRequest, request_.vehicle, origin.participant);
     handler_->on_session_request(request_, verdict);
-  }
-
-  void remember(const Origin& origin) {
-    const std::lock_guard lock(remembered_mutex_);
-    const auto found = std::find_if(remembered_.begin(), remembered_.end(), [&](const Request& r) {
-      return r.participant == origin.participant && r.instance == origin.instance;
-    });
-    if (request_.action == protocol::SessionRequest::Action::kLeave) {
-      if (found != remembered_.end()) remembered_.erase(found);  // has said so itself
-    } else if (found != remembered_.end()) {
-      found->number = request_.request;
-    } else if (remembered_.size() < kMaxRemembered) {
-      remembered_.push_back({origin.participant, origin.instance, request_.vehicle, request_.request});
-    }
+    // Has said so itself: that its request is withdrawn is no news then.
+    if (request_.action == protocol::SessionRequest::Action::kLeave)
+      speakers_.release(origin.participant, instance_of(origin));
   }
 
   void on_state(const wire::VehicleState& sample) {
@@ -299,15 +265,14 @@ class Server final : public ServerEndpoint {
 
   const std::string name_;
   ServerHandler* const handler_;
-  std::unique_ptr<Participant> participant_;
+  const MonotonicClock clock_;
+  Speakers speakers_;
+  SampleDrops drops_;
 
-  std::mutex peers_mutex_;
-  std::condition_variable peers_changed_;
-  std::map<ParticipantId, Phase> peers_;  // servers of our name
-  bool claimed_ = false;
+  std::mutex namesakes_mutex_;
+  std::set<ParticipantId> namesakes_;  // servers of our name
 
-  std::mutex remembered_mutex_;
-  std::vector<Request> remembered_;
+  std::unique_ptr<Participant> participant_;  // before readers and writers, which go first
 
   std::shared_mutex commands_mutex_;
   std::unordered_map<std::string, std::shared_ptr<CommandWriter>> commands_;
@@ -331,7 +296,7 @@ Result<std::unique_ptr<ServerEndpoint>> ServerEndpoint::create(std::uint32_t dom
                                                                ServerHandler* handler,
                                                                const TransportOptions& transport) {
   if (auto good = protocol::validate_name("server", server_name); !good) return good.failure();
-  auto server = std::make_unique<Server>(server_name, handler);
+  auto server = std::make_unique<Server>(server_name, handler, transport);
   if (auto opened = server->open(domain, transport); !opened) return opened.failure();
   return std::unique_ptr<ServerEndpoint>(std::move(server));
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -34,6 +33,9 @@ class ServerHandler {
   /// When the vehicle's session belongs to another request by now, this is old news.
   virtual void on_vehicle_gone(const std::string& vehicle, std::uint64_t request) = 0;
 
+  /// Another server of this name is in the domain: somebody should give it another one, or stop it. Once for each.
+  virtual void on_namesake(const ParticipantId& participant) { static_cast<void>(participant); }
+
   /// A sample was dropped; `vehicle` is empty when the name itself was bad. Called once per dropped sample: rate-limit
   /// logs.
   virtual void on_rejected(Topic topic, const std::string& vehicle, const Error& why) = 0;
@@ -42,20 +44,23 @@ class ServerHandler {
 /// The planning server's end of the wire: one participant, readers for what clients say, writers for what they are
 /// told, one command writer per vehicle in a partition of its own, so that no client gets another vehicle's commands.
 ///
+/// A session belongs to the participant that asked for it (Speakers): states, depth and goodbyes of any other never get
+/// to the handler, nor do requests beyond what one participant may ask. Both are told by
+/// TransportOptions::on_samples_dropped.
+///
 /// Thread-safe: yes.   Real-time safe: publish(ThrustRateCommand) does not allocate in this layer after the first call
 /// per vehicle, but makes system calls; the others no.
 class ServerEndpoint {
  public:
-  /// Joins the domain and listens for `kDiscoveryWait` for a server of the same name. Fails with a sentence when there
-  /// is one, when the name or the domain is out of range, or when the middleware refuses (no network, no shared
-  /// memory). Of two servers of one name that start at the same moment, exactly one goes on (the one with the smaller
-  /// GUID).
+  /// Joins the domain. Fails with a sentence when the name or the domain is out of range, or when the middleware refuses
+  /// (no network).
   /// @param handler  must outlive the endpoint; may be called before create() returns.
   static Result<std::unique_ptr<ServerEndpoint>> create(std::uint32_t domain, const std::string& server_name,
                                                         ServerHandler* handler, const TransportOptions& transport = {});
   virtual ~ServerEndpoint() = default;
 
-  /// Answers a request. An accepted reply opens the vehicle's command writer before it goes out. Takes up to half a
+  /// Answers a request. An accepted reply opens the vehicle's command writer before it goes out, and states and depth
+  /// of whoever sent that request are heard from then on. Takes up to half a
   /// second when hundreds of vehicles came and went just before.
   virtual Status publish(const protocol::SessionReply& reply) = 0;
   /// @return false when the vehicle has no command writer (not accepted, or dropped), the command fails validation, or
@@ -66,8 +71,6 @@ class ServerEndpoint {
   /// The session is over: closes the vehicle's command writer and withdraws its reply. Nothing happens for unknown
   /// names.
   virtual void drop_vehicle(const std::string& vehicle) = 0;
-
-  static constexpr std::chrono::milliseconds kDiscoveryWait{700};
 };
 
 }  // namespace gatefield::dds

@@ -122,12 +122,16 @@ Status check_heard(std::uint32_t waypoint, std::uint32_t lap) {
 
 }  // namespace
 
-Status validate_name(const char* field, const std::string& name) {
+bool is_name(std::string_view name) noexcept {
   bool good = !name.empty() && name.size() <= kMaxNameLength;
   for (const char c : name)
     good = good && ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
                     c == '.' || c == '-');
-  if (good) return {};
+  return good;
+}
+
+Status validate_name(const char* field, const std::string& name) {
+  if (is_name(name)) return {};
   // What was sent is repeated only when it can't do harm where it is shown.
   const std::string shown = name.size() <= kMaxNameLength && printable(name)
                                 ? "\"" + name + "\""

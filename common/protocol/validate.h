@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "common/base/result.h"
 #include "common/protocol/messages.h"
 
@@ -17,6 +19,8 @@ Status validate(const ThrustRateCommand& command);
 Status validate(const Telemetry& telemetry);
 
 /// Vehicle and server names: 1 to 63 of [A-Za-z0-9_.-].
+/// Real-time safe: is_name() yes.
+bool is_name(std::string_view name) noexcept;
 Status validate_name(const char* field, const std::string& name);
 
 }  // namespace gatefield::protocol

@@ -1,6 +1,8 @@
 #pragma once
 
+#include "common/base/clock.h"
 #include "common/base/logging.h"
+#include "common/base/rate_limiter.h"
 #include "common/dds/server_endpoint.h"
 #include "server/service/service.h"
 #include "server/service/transport.h"
@@ -33,6 +35,13 @@ class DdsTransport final : public service::Transport, public dds::ServerHandler 
   void on_vehicle_gone(const std::string& vehicle, std::uint64_t request) override {
     service_->on_gone(vehicle, request);
   }
+  void on_namesake(const dds::ParticipantId& participant) override {
+    unsigned held = 0;
+    if (!namesakes_.admit(MonotonicClock().now(), &held)) return;
+    log::warn("another server of this name is in the domain, participant " + in_words(participant) +
+              (held > 0 ? " (and " + std::to_string(held) + " others)" : "") +
+              ": vehicles tell them apart, people don't; expected a name of its own for each (--name)");
+  }
   void on_rejected(dds::Topic topic, const std::string& vehicle, const Error& why) override {
     using Kind = service::Service::Kind;
     const Kind kind = topic == dds::Topic::kVehicleState ? Kind::kState
@@ -44,6 +53,7 @@ class DdsTransport final : public service::Transport, public dds::ServerHandler 
  private:
   service::Service* service_ = nullptr;
   dds::ServerEndpoint* endpoint_ = nullptr;
+  RateLimiter namesakes_;
 };
 
 }  // namespace gatefield::app

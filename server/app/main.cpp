@@ -31,8 +31,7 @@ constexpr const char* kFooter = R"(Examples:
       figures for Prometheus, /healthz, and a log for machines
 Signals: SIGHUP reads the profiles again, for sessions that begin then.
 
-Exit codes: 0 ended by SIGINT or SIGTERM, 2 arguments, model or configuration, 3 the domain could not be joined
-(a server of the same name is there already).)";
+Exit codes: 0 ended by SIGINT or SIGTERM, 2 arguments, model or configuration, 3 the domain could not be joined.)";
 
 /// A model with encoders for as many threads as look at images.
 struct Model {

@@ -14,6 +14,7 @@
 #include "common/base/clock.h"
 #include "common/base/logging.h"
 #include "common/config/locate.h"
+#include "common/dds/library_log.h"
 #include "common/dds/server_endpoint.h"
 #include "common/protocol/validate.h"
 #include "server/app/data_files.h"
@@ -123,6 +124,7 @@ int serve(const std::string& program, const Options& options,
     if (const std::string why = lock_memory(); !why.empty()) log::warn(why);
 
   const MonotonicClock clock;
+  dds::set_library_log([](const std::string& line) { log::warn(line); });
   DdsTransport transport;
   service::Service service(serving, factories(options, *eyes, {.crew = &crew, .backend = *backend}), &clock,
                            &transport);
@@ -132,8 +134,10 @@ int serve(const std::string& program, const Options& options,
     packets_dropped.fetch_add(dropped.count, std::memory_order_relaxed);
     log::warn(in_words(dropped));
   };
-  auto endpoint =
-      dds::ServerEndpoint::create(options.domain, options.name, &transport, {.on_packets_dropped = on_packets_dropped});
+  auto endpoint = dds::ServerEndpoint::create(
+      options.domain, options.name, &transport,
+      {.on_packets_dropped = on_packets_dropped,
+       .on_samples_dropped = [](const dds::DroppedSamples& dropped) { log::warn(in_words(dropped)); }});
   if (!endpoint) return fail_with(kNotJoined, endpoint.error());
   transport.attach(endpoint.value().get());
   service.start();

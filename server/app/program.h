@@ -21,7 +21,7 @@ class App;
 namespace gatefield::app {
 
 inline constexpr int kBadInput = 2;   ///< exit code: arguments, model or configuration
-inline constexpr int kNotJoined = 3;  ///< exit code: a server of this name is in the domain, or the middleware refuses
+inline constexpr int kNotJoined = 3;  ///< exit code: the middleware refuses
 
 /// What a user may say on the command line; what stands here before add_options() is the default that --help tells.
 struct Options {

@@ -1,10 +1,12 @@
-// Writes the bundles that fuzzing begins with: make_corpus FOLDER
+// Writes what fuzzing begins with: make_corpus BUNDLES PACKETS, each a folder. Bundles are made, packets were recorded
+// (tests/data/rtps).
 
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 
 #include "tests/fuzz/bundle_input.h"
+#include "tests/support/rtps_corpus.h"
 #include "tests/unit/common/model/small_networks.h"
 
 namespace {
@@ -58,8 +60,8 @@ void write(const std::filesystem::path& file, const std::map<std::string, std::s
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::cerr << "Usage: make_corpus FOLDER\n";
+  if (argc != 3) {
+    std::cerr << "Usage: make_corpus BUNDLES PACKETS\n";
     return 2;
   }
   const std::filesystem::path folder = argv[1];
@@ -75,5 +77,11 @@ int main(int argc, char** argv) {
   write(folder / "varied", {{"manifest.txt", plain},
                             {"decoder.onnx", small_concatenated_decoder({4}).bytes()},
                             {"encoder.onnx", varied_encoder().bytes()}});
+
+  std::filesystem::create_directories(argv[2]);
+  int number = 0;
+  for (const auto& packet : test::recorded_packets(GATEFIELD_SOURCE_DIR "/tests/data/rtps/recorded.hex"))
+    std::ofstream(std::filesystem::path(argv[2]) / ("recorded-" + std::to_string(number++)), std::ios::binary)
+        .write(reinterpret_cast<const char*>(packet.data()), static_cast<std::streamsize>(packet.size()));
   return 0;
 }

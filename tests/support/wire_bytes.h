@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <cctype>
 #include <cstdint>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
+
+#include "tests/support/hex.h"
 
 namespace gatefield::test {
 
@@ -14,17 +16,9 @@ namespace gatefield::test {
 inline std::vector<std::uint8_t> wire_bytes(const std::string& name) {
   std::ifstream file(std::string(GATEFIELD_SOURCE_DIR) + "/tests/data/wire/" + name + ".hex");
   EXPECT_TRUE(file.good()) << name;
-  std::vector<std::uint8_t> bytes;
-  std::string digits;
-  for (char c = 0; file.get(c);) {
-    if (std::isspace(static_cast<unsigned char>(c))) continue;
-    digits.push_back(c);
-    if (digits.size() < 2) continue;
-    bytes.push_back(static_cast<std::uint8_t>(std::stoi(digits, nullptr, 16)));
-    digits.clear();
-  }
-  EXPECT_TRUE(digits.empty()) << name;
-  return bytes;
+  const auto bytes = bytes_of_hex(std::string(std::istreambuf_iterator<char>(file), {}));
+  EXPECT_TRUE(bytes) << name;
+  return bytes.value_or(std::vector<std::uint8_t>());
 }
 
 }  // namespace gatefield::test

@@ -103,7 +103,7 @@ std::optional<protocol::Telemetry> Vehicle::told() const {
   return told_;
 }
 
-void Vehicle::on_reply(const protocol::SessionReply& reply) {
+void Vehicle::on_reply(const protocol::SessionReply& reply, const dds::ParticipantId&) {
   const std::lock_guard lock(mutex_);
   reply_ = reply;
   replied_.notify_all();

@@ -39,7 +39,7 @@ class Vehicle final : private dds::ClientHandler {
   std::optional<protocol::Telemetry> told() const;
 
  private:
-  void on_reply(const protocol::SessionReply& reply) override;
+  void on_reply(const protocol::SessionReply& reply, const dds::ParticipantId& from) override;
   void on_command(const protocol::ThrustRateCommand& command) override;
   void on_telemetry(const protocol::Telemetry& telemetry) override;
   void on_rejected(dds::Topic topic, const std::string& reason) override;

@@ -59,7 +59,11 @@ struct RecordingServer : ServerHandler, Log {
   std::vector<protocol::DepthFrame> frames;
   std::vector<std::pair<std::string, std::uint64_t>> gone;
   std::vector<std::pair<Topic, Error>> rejected;
+  std::vector<ParticipantId> namesakes;
 
+  void on_namesake(const ParticipantId& participant) override {
+    change([&] { namesakes.push_back(participant); });
+  }
   void on_session_request(const protocol::SessionRequest& request, const Status& verdict) override {
     change([&] { requests.emplace_back(request, verdict.error()); });
   }
@@ -86,7 +90,7 @@ struct RecordingClient : ClientHandler, Log {
   std::vector<protocol::Telemetry> telemetry;
   std::vector<std::string> rejected;
 
-  void on_reply(const protocol::SessionReply& reply) override {
+  void on_reply(const protocol::SessionReply& reply, const ParticipantId&) override {
     change([&] { replies.push_back(reply); });
   }
   void on_command(const protocol::ThrustRateCommand& command) override {
@@ -162,6 +166,7 @@ TEST(Endpoint, CarriesTheLongestPlanAndALargeImage) {
   auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log));
   auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log));
   ASSERT_TRUE(client->publish(test::good_request()).ok());
+  ASSERT_TRUE(server_log.wait([&] { return !server_log.requests.empty(); }));
   ASSERT_TRUE(server->publish(test::good_reply()).ok());
   ASSERT_TRUE(client_log.wait([&] { return !client_log.replies.empty(); }));
 
@@ -205,6 +210,8 @@ TEST(Endpoint, SamplesFlowAgainAfterASilence) {
   RecordingClient client_log;
   auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &server_log));
   auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log));
+  ASSERT_TRUE(client->publish(test::good_request()).ok());
+  ASSERT_TRUE(server_log.wait([&] { return !server_log.requests.empty(); }));
   ASSERT_TRUE(server->publish(test::good_reply()).ok());
   for (std::uint64_t round = 1; round <= 3; ++round) {
     EXPECT_TRUE(send_until(
@@ -225,30 +232,20 @@ TEST(Endpoint, SamplesFlowAgainAfterASilence) {
   }
 }
 
-TEST(ServerName, ASecondServerOfTheNameIsRefused) {
-  RecordingServer log;
-  auto first = must(ServerEndpoint::create(own_domain(), "planner-1", &log));
-  const auto second = ServerEndpoint::create(own_domain(), "planner-1", &log);
-  ASSERT_FALSE(second.ok());
-  EXPECT_NE(second.error().find("planner-1"), std::string::npos) << second.error();
-  EXPECT_TRUE(ServerEndpoint::create(own_domain(), "planner-2", &log).ok());
-  first.reset();
-  EXPECT_TRUE(ServerEndpoint::create(own_domain(), "planner-1", &log).ok());
-}
-
-TEST(ServerName, OfTwoThatStartTogetherExactlyOneGoesOn) {
-  RecordingServer log;
-  for (const auto delay : {0ms, 30ms, 300ms}) {
-    auto first =
-        std::async(std::launch::async, [&] { return ServerEndpoint::create(own_domain(), "planner-1", &log); });
-    auto second = std::async(std::launch::async, [&] {
-      std::this_thread::sleep_for(delay);
-      return ServerEndpoint::create(own_domain(), "planner-1", &log);
-    });
-    const auto a = first.get();
-    const auto b = second.get();
-    EXPECT_NE(a.ok(), b.ok()) << "delay " << delay.count() << " ms";
-  }
+TEST(ServerName, OfTwoServersBothServeAndBothSaySo) {
+  RecordingServer first_log, second_log, other_log;
+  RecordingClient client_log;
+  auto first = must(ServerEndpoint::create(own_domain(), "planner-1", &first_log));
+  auto second = must(ServerEndpoint::create(own_domain(), "planner-1", &second_log));
+  auto other = must(ServerEndpoint::create(own_domain(), "planner-2", &other_log));
+  EXPECT_TRUE(first_log.wait([&] { return !first_log.namesakes.empty(); }));
+  EXPECT_TRUE(second_log.wait([&] { return !second_log.namesakes.empty(); }));
+  auto client = must(ClientEndpoint::create(own_domain(), "drone", &client_log));
+  ASSERT_TRUE(client->publish(test::good_request()).ok());
+  for (RecordingServer* log : {&first_log, &second_log, &other_log})
+    EXPECT_TRUE(log->wait([&] { return !log->requests.empty(); }));
+  EXPECT_FALSE(first_log.wait([&] { return first_log.namesakes.size() > 1; }, 300ms)) << "each is told once";
+  EXPECT_TRUE(other_log.namesakes.empty());
 }
 
 TEST(ServerName, BadNamesAndDomainsAreRefused) {
@@ -365,23 +362,25 @@ TEST(Many, VehiclesMayComeAndGoWithoutEnd) {
   for (std::size_t i = 0; i < 600; ++i) {
     std::string name("v");
     name += std::to_string(i);
-    // This writer has its limit of names too; old ones are free when everyone has heard that they are.
+    // Again until it is heard: this writer has its limit of names, and a participant its limit of requests a second.
     ASSERT_TRUE(send_until(
-        [] { std::this_thread::sleep_for(1ms); },
-        [&](auto) { return requests->write([&](auto* sample) { to_wire(test::good_request(name, i + 1), sample); }); }))
+        [&] { requests->write([&](auto* sample) { to_wire(test::good_request(name, i + 1), sample); }); },
+        [&](auto limit) {
+          return log.wait([&] { return !log.requests.empty() && log.requests.back().first.request == i + 1; }, limit);
+        }))
         << name;
-    ASSERT_TRUE(log.wait([&] { return log.requests.size() > i; })) << name;
     protocol::SessionReply reply = test::good_reply(name, i + 1);
     reply.accepted = i % 3 == 0;
     if (!reply.accepted) reply.reason = "not today";
     ASSERT_TRUE(server->publish(reply).ok()) << name;
-    ASSERT_TRUE(
-        send_until([&] { states->write([&](auto* sample) { to_wire(test::good_state(name, i + 1), sample); }); },
-                   [&](auto limit) {
-                     return log.wait([&] { return !log.states.empty() && log.states.back().sequence == i + 1; }, limit);
-                   },
-                   1000ms))
-        << name;
+    const auto heard = [&](auto limit) {
+      return log.wait([&] { return !log.states.empty() && log.states.back().sequence == i + 1; }, limit);
+    };
+    const auto send = [&] { states->write([&](auto* sample) { to_wire(test::good_state(name, i + 1), sample); }); };
+    if (reply.accepted)
+      ASSERT_TRUE(send_until(send, heard, 1000ms)) << name;
+    else
+      send();  // of a vehicle without a session
     requests->withdraw(name);
     states->withdraw(name);
     ASSERT_TRUE(log.wait([&] { return log.gone.size() > i; })) << name;
@@ -464,6 +463,9 @@ TEST(BadInput, RequestsComeWithTheSentenceToRefuseThem) {
   EXPECT_EQ(log.rejected[0].first, Topic::kSessionRequest);
   EXPECT_EQ(log.rejected[0].second.field, "vehicle");
 
+  writer->write([&](auto* sample) { to_wire(test::good_request("drone", 8), sample); });
+  ASSERT_TRUE(log.wait([&] { return log.requests.size() == 2; }));
+  ASSERT_TRUE(server->publish(test::good_reply("drone", 8)).ok());
   auto states = must(Writer<wire::VehicleStatePubSubType>::open(participant.get(), Topic::kVehicleState));
   protocol::VehicleState skewed = test::good_state();
   skewed.state.v_WB.x() = 1e9;
@@ -473,11 +475,21 @@ TEST(BadInput, RequestsComeWithTheSentenceToRefuseThem) {
   EXPECT_EQ(log.rejected[1].second.field, "v_WB");
 }
 
+// Asks for a session, as whoever wants to be heard must. It stays as long as what comes back.
+auto join(Participant* participant, RecordingServer* log, ServerEndpoint* server, std::uint64_t number) {
+  auto writer = must(Writer<wire::SessionRequestPubSubType>::open(participant, Topic::kSessionRequest));
+  writer->write([&](auto* sample) { to_wire(test::good_request("drone", number), sample); });
+  EXPECT_TRUE(log->wait([&] { return !log->requests.empty() && log->requests.back().first.request == number; }));
+  EXPECT_TRUE(server->publish(test::good_reply("drone", number)).ok());
+  return writer;
+}
+
 // Sends garbage on one topic, then good samples, which must still get through.
 template <typename Generated, typename Message, typename Count>
-void throw_garbage(RecordingServer* log, Topic topic, const Message& good, Count&& count) {
+void throw_garbage(RecordingServer* log, ServerEndpoint* server, Topic topic, const Message& good, Count&& count) {
   using namespace eprosima::fastdds::dds;
   auto stranger = must(Participant::open(own_domain(), "stranger", "", {}, [](const PeerEvent&) {}));
+  auto session = join(stranger.get(), log, server, 100 + static_cast<std::uint64_t>(topic));
   auto* dds_topic = stranger->topic(topic_name(topic), TypeSupport(new RawType<Generated>()));
   auto* publisher = stranger->raw()->create_publisher(PUBLISHER_QOS_DEFAULT);
   auto* raw = publisher->create_datawriter(dds_topic, writer_qos(topic, {}));
@@ -520,6 +532,7 @@ void throw_garbage(RecordingServer* log, Topic topic, const Message& good, Count
   stranger->raw()->delete_publisher(publisher);
 
   auto honest = must(Participant::open(own_domain(), "honest", "", {}, [](const PeerEvent&) {}));
+  auto its_session = join(honest.get(), log, server, 200 + static_cast<std::uint64_t>(topic));
   auto writer = must(Writer<Generated>::open(honest.get(), topic));
   const std::size_t before = count();
   EXPECT_TRUE(send_until(
@@ -540,11 +553,11 @@ void throw_garbage(RecordingServer* log, Topic topic, const Message& good, Count
 TEST(BadInput, GarbageNeitherCrashesNorBlocksATopic) {
   RecordingServer log;
   auto server = must(ServerEndpoint::create(own_domain(), "planner-1", &log));
-  throw_garbage<wire::VehicleStatePubSubType>(&log, Topic::kVehicleState, test::good_state(),
+  throw_garbage<wire::VehicleStatePubSubType>(&log, server.get(), Topic::kVehicleState, test::good_state(),
                                               [&] { return log.states.size(); });
-  throw_garbage<wire::DepthFramePubSubType>(&log, Topic::kDepthFrame, test::good_frame(),
+  throw_garbage<wire::DepthFramePubSubType>(&log, server.get(), Topic::kDepthFrame, test::good_frame(),
                                             [&] { return log.frames.size(); });
-  throw_garbage<wire::SessionRequestPubSubType>(&log, Topic::kSessionRequest, test::good_request(),
+  throw_garbage<wire::SessionRequestPubSubType>(&log, server.get(), Topic::kSessionRequest, test::good_request(),
                                                 [&] { return log.requests.size(); });
   EXPECT_FALSE(log.rejected.empty());
 }

@@ -131,7 +131,7 @@ TEST_F(Refusals, CarryCodeFieldValueAndRange) {
   struct Client final : ClientHandler {
     Refusals* test = nullptr;
     std::vector<protocol::SessionReply> replies;
-    void on_reply(const protocol::SessionReply& reply) override {
+    void on_reply(const protocol::SessionReply& reply, const ParticipantId&) override {
       test->heard([&] { replies.push_back(reply); });
     }
     void on_command(const protocol::ThrustRateCommand&) override {}

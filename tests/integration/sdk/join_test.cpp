@@ -100,7 +100,7 @@ std::set<int> own_ports() {
 // A participant beyond the domain's ports would hear, and be heard by, the members of the next domain.
 TEST(Join, PortsStayInTheDomainHoweverManyCameBefore) {
   struct Nobody : dds::ClientHandler {
-    void on_reply(const protocol::SessionReply&) override {}
+    void on_reply(const protocol::SessionReply&, const dds::ParticipantId&) override {}
     void on_command(const protocol::ThrustRateCommand&) override {}
     void on_telemetry(const protocol::Telemetry&) override {}
     void on_rejected(dds::Topic, const std::string&) override {}

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/messages.h"
 
 namespace gatefield::sdk {
@@ -37,10 +39,20 @@ protocol::ThrustRateCommand command(std::uint64_t session, std::uint64_t sequenc
   return message;
 }
 
+/// A server's participant; its name tells it.
+dds::ParticipantId participant_of(const std::string& server) {
+  dds::ParticipantId id;
+  std::copy_n(server.begin(), std::min(server.size(), id.bytes.size()), id.bytes.begin());
+  return id;
+}
+bool hear(SessionLogic* logic, const protocol::SessionReply& reply, Stamp now) {
+  return logic->on_reply(reply, participant_of(reply.server), now);
+}
+
 SessionLogic joined(std::uint64_t session = 50) {
   SessionLogic logic(7);
   logic.request_due(0s);
-  EXPECT_TRUE(logic.on_reply(accept(7, session), 0s));
+  EXPECT_TRUE(hear(&logic, accept(7, session), 0s));
   return logic;
 }
 
@@ -55,9 +67,9 @@ TEST(SessionLogic, AsksAtOnceAndThenEveryHalfSecond) {
 
 TEST(SessionLogic, JoinsWithTheFirstAcceptanceOfItsOwnRequest) {
   SessionLogic logic(7);
-  EXPECT_FALSE(logic.on_reply(accept(6, 49), 0s)) << "an answer to an earlier start";
+  EXPECT_FALSE(hear(&logic, accept(6, 49), 0s)) << "an answer to an earlier start";
   EXPECT_EQ(logic.phase(), Phase::kJoining);
-  EXPECT_TRUE(logic.on_reply(accept(7, 50), 0s));
+  EXPECT_TRUE(hear(&logic, accept(7, 50), 0s));
   EXPECT_EQ(logic.phase(), Phase::kJoined);
   EXPECT_EQ(logic.session().session, 50u);
   EXPECT_EQ(logic.reconnects(), 0u);
@@ -66,11 +78,11 @@ TEST(SessionLogic, JoinsWithTheFirstAcceptanceOfItsOwnRequest) {
 
 TEST(SessionLogic, ARefusalIsFinal) {
   SessionLogic logic(7);
-  EXPECT_FALSE(logic.on_reply(refuse(7, "profile is \"x\", expected race or paper"), 0s));
+  EXPECT_FALSE(hear(&logic, refuse(7, "profile is \"x\", expected race or paper"), 0s));
   EXPECT_EQ(logic.phase(), Phase::kFailed);
   EXPECT_EQ(logic.refusal()->code, ErrorCode::kInvalid);
   EXPECT_EQ(logic.refusal()->message, "profile is \"x\", expected race or paper");
-  EXPECT_FALSE(logic.on_reply(accept(7, 50), 0s));
+  EXPECT_FALSE(hear(&logic, accept(7, 50), 0s));
   EXPECT_FALSE(logic.request_due(60s));
 }
 
@@ -80,7 +92,7 @@ TEST(SessionLogic, ARefusalSaysWhichFieldWasWrong) {
   reply.field = "quadrotor.mass_kg";
   reply.value = "0";
   reply.expected = "more than 0 kg";
-  logic.on_reply(reply, 0s);
+  hear(&logic, reply, 0s);
   ASSERT_TRUE(logic.refusal().has_value());
   EXPECT_EQ(logic.refusal()->message, reply.reason);
   EXPECT_EQ(logic.refusal()->field, "quadrotor.mass_kg");
@@ -91,29 +103,29 @@ TEST(SessionLogic, ARefusalSaysWhichFieldWasWrong) {
 TEST(SessionLogic, BusyIsTriedAgainWithANewNumberAfterAPause) {
   SessionLogic logic(7);
   EXPECT_TRUE(logic.request_due(1s));
-  logic.on_reply(busy(7), 1s);
+  hear(&logic, busy(7), 1s);
   EXPECT_EQ(logic.phase(), Phase::kJoining);
   EXPECT_EQ(logic.request(), 8u);
   EXPECT_FALSE(logic.request_due(1s + 249ms));
   EXPECT_TRUE(logic.request_due(1s + 250ms));
-  EXPECT_FALSE(logic.on_reply(busy(7), 2s)) << "an answer to the attempt before";
+  EXPECT_FALSE(hear(&logic, busy(7), 2s)) << "an answer to the attempt before";
   EXPECT_EQ(logic.request(), 8u);
-  EXPECT_TRUE(logic.on_reply(accept(8, 50), 2s));
+  EXPECT_TRUE(hear(&logic, accept(8, 50), 2s));
 }
 
 TEST(SessionLogic, TheCodeDecidesWhetherARefusalMayPassAndNotTheSentence) {
   SessionLogic server_full(7);
-  server_full.on_reply(busy(7, ErrorCode::kBusyServer), 0s);
+  hear(&server_full, busy(7, ErrorCode::kBusyServer), 0s);
   EXPECT_EQ(server_full.phase(), Phase::kJoining);
   EXPECT_EQ(server_full.refusal()->code, ErrorCode::kBusyServer);
   SessionLogic refused(7);
-  refused.on_reply(refuse(7, "busy: not any more"), 0s);
+  hear(&refused, refuse(7, "busy: not any more"), 0s);
   EXPECT_EQ(refused.phase(), Phase::kFailed);
 }
 
 TEST(SessionLogic, TheRequestNumberNeverBecomesZero) {
   SessionLogic logic(UINT64_MAX);
-  logic.on_reply(busy(UINT64_MAX), 0s);
+  hear(&logic, busy(UINT64_MAX), 0s);
   EXPECT_EQ(logic.request(), 1u);
 }
 
@@ -128,11 +140,11 @@ TEST(SessionLogic, CommandsOfTheSessionCountOnceAndOthersNever) {
   EXPECT_EQ(early.on_command(command(0, 1)), Heard::kForeign);
 }
 
-TEST(SessionLogic, ARestartedServerIsAdoptedAtOnce) {
+TEST(SessionLogic, AnotherSessionOfOurServerIsAdoptedAtOnce) {
   SessionLogic logic = joined(50);
   EXPECT_EQ(logic.on_command(command(50, 1000)), Heard::kNew);
-  EXPECT_FALSE(logic.on_reply(accept(7, 50), 1s)) << "the same reply again";
-  EXPECT_TRUE(logic.on_reply(accept(7, 60), 1s));
+  EXPECT_FALSE(hear(&logic, accept(7, 50), 1s)) << "the same reply again";
+  EXPECT_TRUE(hear(&logic, accept(7, 60), 1s));
   EXPECT_EQ(logic.session().session, 60u);
   EXPECT_EQ(logic.reconnects(), 1u);
   EXPECT_EQ(logic.on_command(command(50, 1001)), Heard::kForeign);
@@ -141,7 +153,7 @@ TEST(SessionLogic, ARestartedServerIsAdoptedAtOnce) {
 
 TEST(SessionLogic, AnotherServersAcceptanceWaitsUntilOursIsSilent) {
   SessionLogic logic = joined(50);
-  EXPECT_FALSE(logic.on_reply(accept(7, 70, "planner-2"), 0s));
+  EXPECT_FALSE(hear(&logic, accept(7, 70, "planner-2"), 0s));
   EXPECT_EQ(logic.session().session, 50u);
   EXPECT_FALSE(logic.on_state_sent(1s));
   logic.on_command(command(50, 1));
@@ -165,29 +177,55 @@ TEST(SessionLogic, ASilentServerIsAskedAgainOnceASecond) {
 
 TEST(SessionLogic, AServerThatEndsTheSessionIsFollowedByTheNextOne) {
   SessionLogic logic = joined(50);
-  EXPECT_FALSE(logic.on_reply(refuse(7, "stopping", "planner-2"), 0s)) << "not our server";
+  EXPECT_FALSE(hear(&logic, refuse(7, "stopping", "planner-2"), 0s)) << "not our server";
   EXPECT_EQ(logic.phase(), Phase::kJoined);
-  EXPECT_FALSE(logic.on_reply(refuse(7, "the server stops"), 0s));
+  EXPECT_FALSE(hear(&logic, refuse(7, "the server stops"), 0s));
   EXPECT_EQ(logic.phase(), Phase::kEnded);
-  EXPECT_TRUE(logic.on_reply(accept(7, 80, "planner-2"), 1s));
+  EXPECT_TRUE(hear(&logic, accept(7, 80, "planner-2"), 1s));
   EXPECT_EQ(logic.phase(), Phase::kJoined);
   EXPECT_EQ(logic.session().session, 80u);
 }
 
 TEST(SessionLogic, ASpareTakesOverAtOnceWhenTheSessionIsEnded) {
   SessionLogic logic = joined(50);
-  logic.on_reply(accept(7, 70, "planner-2"), 0s);
-  EXPECT_TRUE(logic.on_reply(refuse(7, "the server stops"), 0s));
+  hear(&logic, accept(7, 70, "planner-2"), 0s);
+  EXPECT_TRUE(hear(&logic, refuse(7, "the server stops"), 0s));
   EXPECT_EQ(logic.session().server, "planner-2");
 }
 
 TEST(SessionLogic, AWithdrawnSpareIsForgotten) {
   SessionLogic logic = joined(50);
-  logic.on_reply(accept(7, 70, "planner-2"), 0s);
-  logic.on_reply(refuse(7, "the server stops", "planner-2"), 0s);
+  hear(&logic, accept(7, 70, "planner-2"), 0s);
+  hear(&logic, refuse(7, "the server stops", "planner-2"), 0s);
   logic.on_state_sent(1s);
   EXPECT_FALSE(logic.on_state_sent(3s));
   EXPECT_EQ(logic.session().session, 50u);
+}
+
+TEST(SessionLogic, AStrangersWordsChangeNothingWhileOursAnswers) {
+  SessionLogic logic = joined(50);
+  const dds::ParticipantId stranger = participant_of("stranger");
+  EXPECT_FALSE(logic.on_reply(accept(7, 666), stranger, 0s)) << "with our server's name";
+  EXPECT_FALSE(logic.on_reply(refuse(7, "go down", "planner-1", ErrorCode::kLeaving), stranger, 0s));
+  EXPECT_FALSE(logic.on_reply(accept(7, 666), stranger, 0s));
+  EXPECT_EQ(logic.phase(), Phase::kJoined);
+  for (int i = 1; i < 500; ++i) {
+    EXPECT_FALSE(logic.on_state_sent(i * 20ms));
+    EXPECT_EQ(logic.on_command(command(50, static_cast<std::uint64_t>(i))), Heard::kNew);
+  }
+  EXPECT_EQ(logic.session().session, 50u);
+  EXPECT_EQ(logic.server(), participant_of("planner-1"));
+}
+
+TEST(SessionLogic, ARestartedServerIsKnownByItsNameWhenOursIsSilent) {
+  SessionLogic logic = joined(50);
+  const dds::ParticipantId restarted = participant_of("a new start");
+  EXPECT_FALSE(logic.on_reply(accept(7, 60), restarted, 0s));
+  EXPECT_FALSE(logic.on_state_sent(1s));
+  EXPECT_FALSE(logic.on_state_sent(1s + 499ms));
+  EXPECT_TRUE(logic.on_state_sent(1s + 500ms));
+  EXPECT_EQ(logic.session().session, 60u);
+  EXPECT_EQ(logic.server(), restarted);
 }
 
 }  // namespace

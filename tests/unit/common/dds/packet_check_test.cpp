@@ -3,12 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "common/base/random.h"
 #include "common/dds/endpoint.h"
+#include "tests/support/rtps_corpus.h"
 #include "tests/support/rtps_packet.h"
+#include "tests/support/rtps_walk.h"
 
 namespace gatefield::dds {
 namespace {
@@ -108,7 +111,8 @@ INSTANTIATE_TEST_SUITE_P(
     All, Packets,
     ::testing::Values(
         Case{"Empty", RtpsPacket(), Fault::kNone}, Case{"Data", data(1).zeros(8).end(), Fault::kNone},
-        Case{"DataOfDisposal", data(1, 8).zeros(20).end(), Fault::kNone},
+        Case{"DataOfDisposal", data(1, 10).u16(0x71).u16(4).u8({0, 0, 0, 3}).u16(1).u16(0).zeros(20).end(),
+             Fault::kNone},
         Case{"DataWithInlineQos", data(1, 6).u16(0x70).u16(16).zeros(16).u16(1).u16(0).zeros(8).end(), Fault::kNone},
         Case{"DataWithoutPayload", data(1).end(), Fault::kTooShort},
         Case{"DataOfSequenceZero", data(0).zeros(8).end(), Fault::kSequence},
@@ -168,6 +172,14 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"TimestampWithoutOne", RtpsPacket().begin(kInfoTimestamp).end(), Fault::kTooShort},
         Case{"ShortDestination", RtpsPacket().begin(kInfoDestination).zeros(8).end(), Fault::kTooShort},
         Case{"ShortSource", RtpsPacket().begin(kInfoSource).zeros(12).end(), Fault::kTooShort},
+        Case{"ItsOwnSource", RtpsPacket().begin(kInfoSource).zeros(8).u8({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}).end(),
+             Fault::kNone},
+        Case{"AnothersSource",
+             RtpsPacket().begin(kInfoSource).zeros(8).u8({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13}).end(),
+             Fault::kSource},
+        Case{"QosThatAnswersForTheFilter", data(1, 6).u16(0x55).u16(4).zeros(4).u16(1).u16(0).zeros(8).end(),
+             Fault::kFilter},
+        Case{"AKeyThatDisposesOfNothing", data(1, 8).zeros(20).end(), Fault::kKey},
         Case{"ALengthBeyondTheEnd", RtpsPacket().u8({kHeartbeat, 1}).u16(40).zeros(28), Fault::kCut},
         Case{"HalfASubmessageHeader", RtpsPacket().u8({kHeartbeat, 1}), Fault::kCut},
         Case{"AnUnalignedNext", RtpsPacket().begin(0x01).zeros(3).end().begin(0x01).zeros(4).end(), Fault::kCut},
@@ -197,16 +209,34 @@ TEST(PacketCheck, BigEndianIsReadAsSuch) {
   EXPECT_EQ(fault_of(packet), Fault::kNone);
 }
 
-TEST(PacketCheck, ReadsNothingBeyondTheEndOfWhatIsSpoiled) {
-  const std::vector<RtpsPacket> good = {data(1, 6).u16(0x70).u16(16).zeros(16).u16(1).u16(0).zeros(8).end(),
-                                        fragments(3, 2, 100, 450, 200), gap(3, 9, 33, 2), acknack(5, 40, 2),
-                                        heartbeat(3, 9).begin(0x80).zeros(56).end()};
+std::vector<std::vector<std::uint8_t>> recorded() {
+  return test::recorded_packets(GATEFIELD_SOURCE_DIR "/tests/data/rtps/recorded.hex");
+}
+
+/// What was recorded of our own traffic: discovery, states, depth in fragments, replies, and what repairs losses.
+TEST(PacketCheck, WhatWeSendOurselvesPasses) {
+  std::set<int> kinds;
+  for (const std::vector<std::uint8_t>& packet : recorded()) {
+    const PacketVerdict verdict = check_packet(packet);
+    EXPECT_EQ(verdict.fault, Fault::kNone) << sentence(verdict.fault) << " in submessage " << int{verdict.submessage};
+    EXPECT_EQ(test::RtpsWalk::complaint({packet.data(), verdict.size}), "");
+    for (std::size_t at = 20; at + 4 <= packet.size(); at += 4u + packet[at + 2] + 256u * packet[at + 3])
+      kinds.insert(packet[at]);
+  }
+  for (const int kind : {kData, kDataFrag, kHeartbeat, kAckNack, kNackFrag, kInfoTimestamp, kInfoDestination})
+    EXPECT_TRUE(kinds.contains(kind)) << "none of kind " << kind << " was recorded";
+}
+
+TEST(PacketCheck, WhatIsSpoiledPassesOnlyWithinItsBounds) {
+  std::vector<std::vector<std::uint8_t>> good = recorded();
+  for (const RtpsPacket& packet :
+       {data(1, 6).u16(0x70).u16(16).zeros(16).u16(1).u16(0).zeros(8).end(), fragments(3, 2, 100, 450, 200),
+        gap(3, 9, 33, 2), acknack(5, 40, 2), heartbeat(3, 9).begin(0x80).zeros(56).end()})
+    good.push_back(packet.bytes());
   Random random(11);
-  const auto draw = [&](std::size_t count) {
-    return static_cast<std::size_t>(random.uniform() * static_cast<double>(count));
-  };
+  const auto draw = [&](std::size_t count) { return std::size_t{random.below(static_cast<std::uint32_t>(count))}; };
   for (int i = 0; i < 200'000; ++i) {
-    std::vector<std::uint8_t> bytes = good[draw(good.size())].bytes();
+    std::vector<std::uint8_t> bytes = good[draw(good.size())];
     for (std::size_t k = 0, spoiled = 1 + draw(4); k < spoiled; ++k)
       bytes[draw(bytes.size())] = static_cast<std::uint8_t>(draw(256));
     if (draw(4) == 0) bytes.resize(draw(bytes.size() + 1));
@@ -214,6 +244,9 @@ TEST(PacketCheck, ReadsNothingBeyondTheEndOfWhatIsSpoiled) {
     const PacketVerdict verdict = check_packet(bytes);
     ASSERT_LE(verdict.size, bytes.size());
     ASSERT_NE(sentence(verdict.fault), "");
+    if (verdict.fault == Fault::kNone) {
+      ASSERT_EQ(test::RtpsWalk::complaint({bytes.data(), verdict.size}), "") << "packet " << i;
+    }
   }
 }
 

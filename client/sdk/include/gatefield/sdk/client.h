@@ -55,7 +55,7 @@ struct Setpoint {
 
 struct LinkStatistics {
   std::uint64_t commands = 0;    ///< received and accepted
-  std::uint64_t rejected = 0;    ///< failed validation or of another session
+  std::uint64_t rejected = 0;    ///< failed validation, or of another session or participant
   std::uint64_t reconnects = 0;  ///< sessions adopted after the first
   /// From the network, that the DDS library must not read; the last second's may not be counted yet.
   std::uint64_t packets_dropped = 0;
