@@ -26,9 +26,9 @@ constexpr const char* kFooter = R"(Examples:
       your own planner profiles; four vehicles; real-time priority (needs CAP_SYS_NICE and CAP_IPC_LOCK, or root)
   gatefield-server --isa avx2
       forces an instruction set, to compare machines
-
   gatefield-server --metrics 127.0.0.1:9464 --log-format json
       figures for Prometheus, /healthz, and a log for machines
+
 Signals: SIGHUP reads the profiles again, for sessions that begin then.
 
 Exit codes: 0 ended by SIGINT or SIGTERM, 2 arguments, model or configuration, 3 the domain could not be joined.)";
