@@ -18,6 +18,7 @@ Status read_drive(const Arguments& a, config::Scenario* scenario) {
   }
   config::Mismatch& mismatch = scenario->mismatch;
   if (a.rate_loop_factor) mismatch.rate_lag_factor = *a.rate_loop_factor;
+  if (a.rate_limit_rad_s) mismatch.rate_limit_rad_s.setConstant(*a.rate_limit_rad_s);
   if (a.setpoint_delay_ms) mismatch.setpoint_delay = from_seconds(1e-3 * *a.setpoint_delay_ms);
   if (a.thrust_factor) mismatch.thrust_factor = *a.thrust_factor;
   if (auto status = config::validate(mismatch); !status) return status;
@@ -80,6 +81,10 @@ void declare(CLI::App* app, Arguments* a) {
       ->group("Race");
   app->add_option("--rate-loop-factor", a->rate_loop_factor,
                   "Time constants of the true rate loop against those told, in place of the scenario's")
+      ->group("Race");
+  app->add_option("--rate-limit", a->rate_limit_rad_s,
+                  "Where the true rate loop clamps each body rate that it is asked for, rad/s, in place of the "
+                  "scenario's")
       ->group("Race");
   app->add_option("--setpoint-delay-ms", a->setpoint_delay_ms,
                   "From setpoint to the true rate loop, in place of the scenario's")

@@ -1,5 +1,7 @@
 #include "client/simulator/drive.h"
 
+#include <algorithm>
+
 namespace gatefield::simulator {
 
 Result<Drive> Drive::create(const config::Scenario& scenario) {
@@ -11,7 +13,8 @@ Result<Drive> Drive::create(const config::Scenario& scenario) {
   if (!gains) return gains.failure().within("the true rate loop: ");
   const Asked hover{told.mass_kg * kGravity_m_s2, Eigen::Vector3d::Zero()};
   const auto steps = static_cast<std::size_t>(mismatch.setpoint_delay / Plant::kStep);
-  return Drive(mismatch.thrust_factor, Controller{RateLoop(told, *gains), std::vector<Asked>(steps + 1, hover)});
+  return Drive(mismatch.thrust_factor,
+               Controller{RateLoop(told, *gains), std::vector<Asked>(steps + 1, hover), 0, mismatch.rate_limit_rad_s});
 }
 
 Drive Drive::through(FlightControllerInLoop* firmware, const config::Scenario& scenario) noexcept {
@@ -23,10 +26,13 @@ Drive Drive::through(FlightControllerInLoop* firmware, const config::Scenario& s
 void Drive::step(const sdk::Setpoint& setpoint, Plant* plant) noexcept {
   if (firmware_ != nullptr) return plant->step_held(thrust_factor_ * firmware_->step(setpoint, plant->state()));
   if (!controller_) return plant->step(thrust_factor_ * setpoint.thrust_rate_n_s);
-  auto& [loop, on_the_way, newest] = *controller_;
+  auto& [loop, on_the_way, newest, limit_rad_s] = *controller_;
   newest = (newest + 1) % on_the_way.size();
   on_the_way[newest] = {setpoint.collective_thrust_n, setpoint.body_rates_rad_s};
-  const Asked& asked = on_the_way[(newest + 1) % on_the_way.size()];
+  Asked asked = on_the_way[(newest + 1) % on_the_way.size()];
+  for (Eigen::Index i = 0; i < 3; ++i)
+    if (limit_rad_s[i] > 0.0)
+      asked.body_rates_rad_s[i] = std::clamp(asked.body_rates_rad_s[i], -limit_rad_s[i], limit_rad_s[i]);
   plant->step_held(thrust_factor_ * loop.update(asked.collective_n, asked.body_rates_rad_s, plant->state().w_WB_B));
 }
 

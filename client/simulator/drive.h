@@ -40,8 +40,9 @@ class Drive {
   };
   struct Controller {
     RateLoop loop;
-    std::vector<Asked> on_the_way;  ///< one for each step of the delay, and the newest
-    std::size_t newest = 0;         ///< the one after it, cyclically, is the oldest
+    std::vector<Asked> on_the_way;                          ///< one for each step of the delay, and the newest
+    std::size_t newest = 0;                                 ///< the one after it, cyclically, is the oldest
+    Eigen::Vector3d limit_rad_s = Eigen::Vector3d::Zero();  ///< of what is asked for; 0: none
   };
   Drive(double thrust_factor, std::optional<Controller> controller)
       : thrust_factor_(thrust_factor), controller_(std::move(controller)) {}

@@ -8,9 +8,10 @@ Status check_firmware_scenario(const config::Scenario& scenario) {
   if (scenario.vehicle.actuation.kind != Actuation::Kind::kBodyRates)
     return Error::invalid("actuation", "rotor thrusts", "body rates: that is what a flight controller takes");
   const config::Mismatch& mismatch = scenario.mismatch;
-  if (mismatch.rate_lag_factor != 1.0 || mismatch.setpoint_delay != Stamp{0})
+  if (mismatch.rate_lag_factor != 1.0 || mismatch.setpoint_delay != Stamp{0} || !mismatch.rate_limit_rad_s.isZero(0.0))
     return Error(
-        "mismatch: a rate loop's factor and a setpoint's delay are of the simulator's own rate loop, expected "
+        "mismatch: a rate loop's factor and limit and a setpoint's delay are of the simulator's own rate loop, "
+        "expected "
         "none of them with a firmware in the loop",
         ErrorCode::kInvalid, "mismatch");
   return {};

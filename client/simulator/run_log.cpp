@@ -26,6 +26,8 @@ std::string in_words(const Actuation& actuation, const config::Mismatch& mismatc
   const bool rates = actuation.kind == Actuation::Kind::kBodyRates;
   std::string out = rates ? "body rates" : "rotor thrusts";
   if (rates && mismatch.rate_lag_factor != 1.0) add(&out, "; rate loop x {:.3g}", mismatch.rate_lag_factor);
+  if (const Eigen::Vector3d& limit = mismatch.rate_limit_rad_s; rates && !limit.isZero(0.0))
+    add(&out, "; rates at most {:.3g}, {:.3g}, {:.3g} rad/s", limit.x(), limit.y(), limit.z());
   if (rates && mismatch.setpoint_delay > Stamp{0})
     add(&out, "; setpoints {:.0f} ms late", 1e3 * seconds(mismatch.setpoint_delay));
   if (mismatch.thrust_factor != 1.0) add(&out, "; thrust x {:.3g}", mismatch.thrust_factor);

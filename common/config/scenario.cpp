@@ -59,13 +59,15 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
                            state.rate_rad_s()};
   if (auto status = validate(scenario->state_noise); !status) return status;
   const MismatchSpec& mismatch = spec.mismatch();
-  scenario->mismatch = {mismatch.mass_factor(),
-                        mismatch.drag_factor(),
-                        mismatch.rotor_lag_factor(),
-                        {mismatch.wind_m_s().x(), mismatch.wind_m_s().y(), mismatch.wind_m_s().z()},
-                        mismatch.thrust_factor(),
-                        mismatch.rate_lag_factor(),
-                        from_seconds(1e-3 * mismatch.setpoint_delay_ms())};
+  scenario->mismatch = {
+      mismatch.mass_factor(),
+      mismatch.drag_factor(),
+      mismatch.rotor_lag_factor(),
+      {mismatch.wind_m_s().x(), mismatch.wind_m_s().y(), mismatch.wind_m_s().z()},
+      mismatch.thrust_factor(),
+      mismatch.rate_lag_factor(),
+      from_seconds(1e-3 * mismatch.setpoint_delay_ms()),
+      {mismatch.rate_limit_rad_s().x(), mismatch.rate_limit_rad_s().y(), mismatch.rate_limit_rad_s().z()}};
   if (auto status = validate(scenario->mismatch); !status) return status;
   if (auto status = convert_actuation(spec, &scenario->vehicle); !status) return status;
   if (auto status = validate(scenario->mismatch, scenario->vehicle.actuation); !status) return status;
@@ -97,6 +99,10 @@ Status validate(const StateNoise& noise) {
 }
 
 Status validate(const Mismatch& mismatch) {
+  for (Eigen::Index i = 0; i < 3; ++i)
+    if (const double limit = mismatch.rate_limit_rad_s[i]; limit != 0.0)
+      if (auto status = check("mismatch.rate_limit_rad_s", limit, 0.2, 100, " rad/s, or 0 for none"); !status)
+        return status;
   return first_failure({check("mismatch.mass_factor", mismatch.mass_factor, 0.2, 5, ""),
                         check("mismatch.drag_factor", mismatch.drag_factor, 0.2, 5, ""),
                         check("mismatch.rotor_lag_factor", mismatch.rotor_lag_factor, 0.2, 5, ""),
@@ -113,6 +119,8 @@ Status validate(const Mismatch& mismatch, const Actuation& actuation) {
     return Error::invalid("mismatch.rate_lag_factor", brief(mismatch.rate_lag_factor), "1" + expected);
   if (mismatch.setpoint_delay != Stamp{0})
     return Error::invalid("mismatch.setpoint_delay_ms", brief(1e3 * seconds(mismatch.setpoint_delay)), "0" + expected);
+  if (!mismatch.rate_limit_rad_s.isZero(0.0))
+    return Error::invalid("mismatch.rate_limit_rad_s", brief(mismatch.rate_limit_rad_s.maxCoeff()), "0" + expected);
   return {};
 }
 

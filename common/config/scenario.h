@@ -40,6 +40,8 @@ struct Mismatch {
   double thrust_factor = 1.0;                  ///< what a rotor gives of what it is asked for, its limits too
   double rate_lag_factor = 1.0;                ///< body rates: the rate loop's time constants against those told
   std::chrono::nanoseconds setpoint_delay{0};  ///< body rates: from setpoint to rate loop
+  /// Body rates: where the rate loop clamps what it is asked for, about x, y, z of B; 0: nowhere.
+  Eigen::Vector3d rate_limit_rad_s = Eigen::Vector3d::Zero();
 };
 
 struct Scenario {
@@ -85,9 +87,10 @@ Result<Scenario> make_scenario(const std::filesystem::path& course_file, const s
 Status validate(const Perturbation& perturbation);
 /// Ranges: position 0 to 1 m, velocity 0 to 5 m/s, attitude 0 to 45 deg, rate 0 to 5 rad/s.
 Status validate(const StateNoise& noise);
-/// Factors 0.2 to 5 (thrust 0.5 to 2, rate loop 0.2 to 5), wind up to 30 m/s, delay of setpoints up to 200 ms.
+/// Factors 0.2 to 5 (thrust 0.5 to 2, rate loop 0.2 to 5), wind up to 30 m/s, delay of setpoints up to 200 ms,
+/// limit of rates 0 (none) or 0.2 to 100 rad/s.
 Status validate(const Mismatch& mismatch);
-/// A rate loop's lag and delay are of a vehicle that has one.
+/// A rate loop's lag, delay and limit are of a vehicle that has one.
 Status validate(const Mismatch& mismatch, const Actuation& actuation);
 
 /// The true world. Per gate that stands there (one that is passed several times is drawn once), in the order of first

@@ -46,6 +46,20 @@ TEST_F(Rates, ARateLoopUnlikeToldIsFoundAndSaid) {
   EXPECT_TRUE(told(output, "rate_loop_unlike_told") || told(output, "body rates follow their command")) << output;
 }
 
+TEST_F(Rates, ALimitOfRatesIsFoundAndSaidAndReadFromTheRecording) {
+  const std::string csv = programs_.file("flight.csv").string();
+  const std::string output = won({"--actuation", "body-rates", "--speed", "6", "--rate-limit", "1.5", "--csv", csv});
+  EXPECT_TRUE(told(output, "rate_limit_unlike_told") || told(output, "stay at a limit below")) << output;
+  Process identify((kPrograms / "gatefield-identify").string(), {csv, "--vehicle", "racer-rates"},
+                   programs_.file("identify.log"));
+  ASSERT_EQ(identify.wait(30s).value_or(-1), 0) << identify.output();
+  const std::string lines = identify.output();
+  const std::size_t at = lines.find("body_rate_max_rad_s {");
+  ASSERT_NE(at, std::string::npos) << lines;
+  const double pitch_rad_s = std::stod(lines.substr(lines.find("y: ", at) + 3));
+  EXPECT_NEAR(pitch_rad_s, 1.5, 0.15) << lines;
+}
+
 TEST_F(Rates, AVehicleOfLittleThrustIsFlown) { won({"--vehicle", "heavy-rates", "--speed", "6"}); }
 
 }  // namespace

@@ -23,9 +23,11 @@ TEST(Summary, SaysHowTheVehicleWasDrivenAndWhatOfItWasNotAsTold) {
   EXPECT_THAT(summarize(report), HasSubstr("Driven by     body rates\n"));
   report.mismatch.rate_lag_factor = 0.67;
   report.mismatch.setpoint_delay = std::chrono::milliseconds(20);
+  report.mismatch.rate_limit_rad_s = {2, 2.5, 1.5};
   report.mismatch.thrust_factor = 1.1;
   EXPECT_THAT(summarize(report),
-              HasSubstr("Driven by     body rates; rate loop x 0.67; setpoints 20 ms late; thrust x 1.1\n"));
+              HasSubstr("Driven by     body rates; rate loop x 0.67; rates at most 2, 2.5, 1.5 rad/s; setpoints 20 ms "
+                        "late; thrust x 1.1\n"));
 }
 
 TEST(Summary, ShowsWhatTheServerToldRightAfterTheResult) {

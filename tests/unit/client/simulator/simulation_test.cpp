@@ -81,6 +81,9 @@ TEST(Lockstep, TheTruthOfARateLoopIsFlownAndNotTold) {
   scenario.mismatch.setpoint_delay = std::chrono::milliseconds(20);
   EXPECT_NE(told, flown(scenario));
   scenario.mismatch = {};
+  scenario.mismatch.rate_limit_rad_s.setConstant(0.5);
+  EXPECT_NE(told, flown(scenario));
+  scenario.mismatch = {};
   scenario.mismatch.rate_lag_factor = 0.3;
   test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
   const auto report = fly(scenario, {}, &client, kGoOn);

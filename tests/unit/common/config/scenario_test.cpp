@@ -221,11 +221,17 @@ TEST(Mismatch, OfARateLoopNeedsARateLoop) {
   const auto lag = scenario_from("mismatch { rate_lag_factor: 1.5 }");
   ASSERT_FALSE(lag.ok());
   EXPECT_THAT(lag.error(), HasSubstr("mismatch.rate_lag_factor is 1.5, expected 1 for a vehicle driven by rotor"));
+  const auto limited = scenario_from("actuation { kind: BODY_RATES } mismatch { rate_limit_rad_s { x: 3 y: 2 z: 1 } }");
+  ASSERT_TRUE(limited.ok()) << limited.error();
+  EXPECT_EQ(limited->mismatch.rate_limit_rad_s, Eigen::Vector3d(3, 2, 1));
+  EXPECT_EQ(scenario_from("mismatch { rate_limit_rad_s { x: 3 y: 2 z: 1 } }").failure().field,
+            "mismatch.rate_limit_rad_s");
   const auto late = scenario_from("mismatch { setpoint_delay_ms: 20 }");
   ASSERT_FALSE(late.ok());
   EXPECT_EQ(late.failure().field, "mismatch.setpoint_delay_ms");
-  for (const char* wrong : {"rate_lag_factor: 0.1", "setpoint_delay_ms: 300", "setpoint_delay_ms: -1",
-                            "thrust_factor: 0.1", "thrust_factor: nan"})
+  for (const char* wrong :
+       {"rate_lag_factor: 0.1", "setpoint_delay_ms: 300", "setpoint_delay_ms: -1", "thrust_factor: 0.1",
+        "thrust_factor: nan", "rate_limit_rad_s { x: 0.1 y: 2 z: 2 }", "rate_limit_rad_s { x: 2 y: nan z: 2 }"})
     EXPECT_FALSE(scenario_from(std::string("actuation { kind: BODY_RATES } mismatch { ") + wrong + " }").ok()) << wrong;
 }
 
