@@ -38,19 +38,19 @@ class Sink {
 };
 
 /// Lives as long as the library's thread may call it.
-Sink& sink() {
+Sink& only_sink() {
   static auto* const only = new Sink;
   return *only;
 }
 
 class Consumer final : public eprosima::fastdds::dds::LogConsumer {
  public:
-  void Consume(const Log::Entry& entry) override { sink().say(entry); }
+  void Consume(const Log::Entry& entry) override { only_sink().say(entry); }
 };
 
 }  // namespace
 
-void set_library_log(std::function<void(const std::string&)> words) { sink().set(std::move(words)); }
+void set_library_log(std::function<void(const std::string& line)> sink) { only_sink().set(std::move(sink)); }
 
 void limit_library_log() {
   Log::ClearConsumers();

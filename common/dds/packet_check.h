@@ -55,8 +55,8 @@ inline constexpr std::uint32_t kMaxSample_bytes = 6'553'600 + 4'096;
 /// of discovery. Submessages that the standard does not name pass, as it wants, but for those that the library reads as
 /// its own. What security has encrypted is seen by its outer form only.
 ///
-/// A datagram speaks for one participant, the header's: an INFO_SRC of another one is refused. (Cyclone DDS packs what two
-/// participants of a process say into one datagram now and then; it sends again what was refused.)
+/// A datagram speaks for one participant, the header's: an INFO_SRC of another one is refused. (Cyclone DDS may pack
+/// what two participants of a process say into one datagram; what is reliable it sends again.)
 /// Thread-safe: yes.   Real-time safe: yes (no allocation; time linear in the datagram).
 PacketVerdict check_packet(std::span<const std::uint8_t> datagram) noexcept;
 

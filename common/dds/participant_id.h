@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <compare>
 #include <cstdint>
 #include <string>
 
@@ -11,7 +10,8 @@ namespace gatefield::dds {
 /// is what a packet claims: nobody takes another's through a DDS library, but whoever forges packets byte by byte does.
 struct ParticipantId {
   std::array<std::uint8_t, 12> bytes{};
-  friend auto operator<=>(const ParticipantId&, const ParticipantId&) = default;
+  friend bool operator==(const ParticipantId&, const ParticipantId&) = default;
+  friend bool operator<(const ParticipantId& a, const ParticipantId& b) noexcept { return a.bytes < b.bytes; }
 };
 
 /// For people, as DDS tools write it: "01.0f.4c.2b.9d.5e.0a.01.00.00.00.00".

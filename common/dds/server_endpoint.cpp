@@ -205,8 +205,8 @@ class Server final : public ServerEndpoint {
     replies_->withdraw(oldest);
   }
 
-  // Who announces our name may be an honest server or somebody who wants us away: we serve, and people are told. Clients
-  // know servers apart by their participants.
+  // Who announces our name may be an honest server or somebody who wants us away: we serve, and people are told.
+  // Clients know servers apart by their participants.
   void on_peer(const PeerEvent& event) {
     if (event.gone) return forget_peer(event.peer);
     if (event.user_data != announcement(name_)) return;

@@ -52,8 +52,8 @@ class ServerHandler {
 /// per vehicle, but makes system calls; the others no.
 class ServerEndpoint {
  public:
-  /// Joins the domain. Fails with a sentence when the name or the domain is out of range, or when the middleware refuses
-  /// (no network).
+  /// Joins the domain. Fails with a sentence when the name or the domain is out of range, or when the middleware
+  /// refuses (no network).
   /// @param handler  must outlive the endpoint; may be called before create() returns.
   static Result<std::unique_ptr<ServerEndpoint>> create(std::uint32_t domain, const std::string& server_name,
                                                         ServerHandler* handler, const TransportOptions& transport = {});

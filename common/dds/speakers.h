@@ -29,8 +29,8 @@ struct SpeakerLimits {
 inline constexpr std::size_t kMaxRemembered = 1024;
 
 /// Who may speak for which vehicle: a session is bound to the participant that asked for it. States, depth and goodbyes
-/// of any other are strangers', and so is a request whose number is another participant's. Knows nothing of DDS but what
-/// a participant is called.
+/// of any other are strangers', and so is a request whose number is another participant's. Knows nothing of DDS but
+/// what a participant is called.
 ///
 /// A request is asked for (may_ask()), claimed once it was read (claim()), and its session bound when it is accepted
 /// (bind()). Numbers are drawn at random, so whoever says one first has drawn it.

@@ -174,7 +174,7 @@ TEST(HostilePackets, EndNobodyAndCostNoRace) {
   std::thread races([&] {
     while (racing && lost.empty()) {
       Process sim = programs.simulator("sim.log", {"--scenario", "circle-0.3m", "--seed", "1", "--speed", "8"});
-      if (sim.wait(100s).value_or(-1) != 0) lost = sim.output() + server.output();
+      if (sim.wait(200s).value_or(-1) != 0) lost = sim.output() + server.output();
       won += lost.empty();
     }
   });
