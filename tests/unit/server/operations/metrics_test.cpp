@@ -12,7 +12,6 @@
 namespace gatefield::operations {
 namespace {
 
-using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
