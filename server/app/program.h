@@ -52,7 +52,8 @@ struct Eyes {
   std::function<Result<std::unique_ptr<perception::GateSensor>>(const protocol::SessionRequest&)> sensor;
 };
 
-/// Serves until SIGINT or SIGTERM; SIGHUP reads the profiles again. @param open_eyes  called once the log is there and the kernels' back end is chosen
+/// Serves until SIGINT or SIGTERM; SIGHUP reads the profiles again.
+/// @param open_eyes  called once the log is there and the kernels' back end is chosen
 /// @return the exit code; what went wrong was told on standard error
 int serve(const std::string& program, const Options& options,
           const std::function<Result<Eyes>(const kernels::Backend&)>& open_eyes);
