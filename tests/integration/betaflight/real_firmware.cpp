@@ -102,7 +102,7 @@ RealFirmware::RealFirmware(const std::filesystem::path& folder, const std::vecto
   }
   if (!process_->wait(5s)) process_->stop(0ms);
   start();
-  (void)connect();  // it serves again
+  (void)connect();                  // it serves again
   std::this_thread::sleep_for(1s);  // 4.4 serves one at a time, and is slow to see that this one has gone
 }
 

@@ -7,6 +7,7 @@
 
 #include "client/bridge/mavlink/vehicle.h"
 #include "client/firmware/px4_hil/hil_link.h"
+#include "tests/support/borrowed_clock.h"
 #include "tests/support/hil_firmware.h"
 #include "tests/support/link_pair.h"
 #include "tests/support/towards.h"
@@ -15,15 +16,6 @@ namespace gatefield::bridge {
 namespace {
 
 using namespace std::chrono_literals;
-
-class Watch final : public Clock {
- public:
-  explicit Watch(const ManualClock& clock) : clock_(clock) {}
-  Stamp now() const noexcept override { return clock_.now(); }
-
- private:
-  const ManualClock& clock_;
-};
 
 class Hil : public testing::Test {
  protected:
@@ -45,9 +37,9 @@ class Hil : public testing::Test {
                                                     controller_.get());
     hil_ = std::make_unique<firmware::HilLink>(firmware::HilOptions{},
                                                std::make_unique<test::CableEnd>(simulator_cable_, true),
-                                               std::make_unique<Watch>(clock_));
+                                               std::make_unique<test::BorrowedClock>(clock_));
     vehicle_ = std::make_unique<MavlinkVehicle>(config_, std::make_unique<test::CableEnd>(bridge_cable_, true),
-                                                std::make_unique<Watch>(clock_));
+                                                std::make_unique<test::BorrowedClock>(clock_));
   }
 
   /// Four milliseconds of the simulated world.

@@ -294,14 +294,16 @@ TEST(Fly, PlaysThePlanThenFallsBack) {
   EXPECT_EQ(client->play(1s + 600ms, state, 1ms).source, Setpoint::Source::kFallback);
 }
 
+std::optional<protocol::ThrustRateCommand> answer_by_rates(const protocol::VehicleState& state) {
+  auto command = answer_to(state);
+  command.actuation = Actuation::Kind::kBodyRates;
+  command.thrust_rate_n_s.fill(Eigen::Vector4d::Zero());
+  command.rotor_thrust_n.fill(Eigen::Vector4d::Zero());
+  return command;
+}
+
 TEST(Fly, AVehicleDrivenByBodyRatesPlaysItsCommandsThenFallsBackByThem) {
-  ScriptedServer server("planner-1", accept_as(50), [](const protocol::VehicleState& state) {
-    auto command = answer_to(state);
-    command.actuation = Actuation::Kind::kBodyRates;
-    command.thrust_rate_n_s.fill(Eigen::Vector4d::Zero());
-    command.rotor_thrust_n.fill(Eigen::Vector4d::Zero());
-    return std::optional(command);
-  });
+  ScriptedServer server("planner-1", accept_as(50), answer_by_rates);
   auto client = must_connect(driven_by_rates());
   QuadrotorState state = test::good_state().state;
   state.thrust_n.setZero();
@@ -320,13 +322,7 @@ TEST(Fly, AVehicleDrivenByBodyRatesPlaysItsCommandsThenFallsBackByThem) {
 
 TEST(Fly, AStateSaysWhatTheVehicleIsAskedForWhereThatIsNotThePlan) {
   using protocol::AskedBy;
-  ScriptedServer server("planner-1", accept_as(50), [](const protocol::VehicleState& state) {
-    auto command = answer_to(state);
-    command.actuation = Actuation::Kind::kBodyRates;
-    command.thrust_rate_n_s.fill(Eigen::Vector4d::Zero());
-    command.rotor_thrust_n.fill(Eigen::Vector4d::Zero());
-    return std::optional(command);
-  });
+  ScriptedServer server("planner-1", accept_as(50), answer_by_rates);
   auto client = must_connect(driven_by_rates());
   const QuadrotorState state = test::good_state().state;
   const auto told = [&](Stamp stamp) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "client/bridge/mavlink/vehicle.h"
+#include "tests/support/borrowed_clock.h"
 #include "tests/support/link_pair.h"
 #include "tests/support/mavlink_controller.h"
 
@@ -20,7 +21,7 @@ class Bench {
         std::make_unique<test::MavlinkController>(std::make_unique<test::CableEnd>(cable, false), config.dialect);
     cable->on_wait = [this](std::chrono::nanoseconds timeout) { pass(timeout); };
     vehicle = std::make_unique<MavlinkVehicle>(config, std::make_unique<test::CableEnd>(cable, true),
-                                               std::make_unique<Watch>(clock));
+                                               std::make_unique<test::BorrowedClock>(clock));
   }
 
   Stamp now() const { return clock.now(); }
@@ -65,15 +66,6 @@ class Bench {
   bool moves = false;  ///< the motors move the vehicle
 
  private:
-  class Watch final : public Clock {
-   public:
-    explicit Watch(const ManualClock& clock) : clock_(clock) {}
-    Stamp now() const noexcept override { return clock_.now(); }
-
-   private:
-    const ManualClock& clock_;
-  };
-
   void pass(std::chrono::nanoseconds timeout) {
     clock.advance(std::min<std::chrono::nanoseconds>(timeout, std::chrono::milliseconds(1)));
     if (moves) move(seconds(std::min<std::chrono::nanoseconds>(timeout, std::chrono::milliseconds(1))));

@@ -7,6 +7,7 @@
 
 #include "client/firmware/mavlink/constants.h"
 #include "client/firmware/px4_hil/sensors.h"
+#include "tests/support/borrowed_clock.h"
 #include "tests/support/link_pair.h"
 
 namespace gatefield::firmware {
@@ -15,15 +16,6 @@ namespace {
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
-
-class Watch final : public Clock {
- public:
-  explicit Watch(const ManualClock& clock) : clock_(clock) {}
-  Stamp now() const noexcept override { return clock_.now(); }
-
- private:
-  const ManualClock& clock_;
-};
 
 HilOptions options() {
   HilOptions options;
@@ -91,7 +83,8 @@ class HilBoardTest : public testing::Test {
   ManualClock clock_;
   std::shared_ptr<test::Cable> cable_ = std::make_shared<test::Cable>();
   test::CableEnd end_{cable_, false};
-  HilBoard board_{options(), std::make_unique<test::CableEnd>(cable_, true), std::make_unique<Watch>(clock_)};
+  HilBoard board_{options(), std::make_unique<test::CableEnd>(cable_, true),
+                  std::make_unique<test::BorrowedClock>(clock_)};
   Sensors sensors_{{}, {}};
   Stamp next_heartbeat_{0}, since_boot_{30s};
   mavlink::Address from_{1, 1};

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "client/firmware/mavlink/constants.h"
+#include "tests/support/borrowed_clock.h"
 #include "tests/support/link_pair.h"
 
 namespace gatefield::firmware {
@@ -13,15 +14,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
-
-class Watch final : public Clock {
- public:
-  explicit Watch(const ManualClock& clock) : clock_(clock) {}
-  Stamp now() const noexcept override { return clock_.now(); }
-
- private:
-  const ManualClock& clock_;
-};
 
 /// The other side: answers each HIL_SENSOR as PX4 in lockstep does, once it has booted.
 class HilLinkTest : public testing::Test {
@@ -36,7 +28,7 @@ class HilLinkTest : public testing::Test {
   }
   void open() {
     link_ = std::make_unique<HilLink>(options_, std::make_unique<test::CableEnd>(cable_, true),
-                                      std::make_unique<Watch>(clock_));
+                                      std::make_unique<test::BorrowedClock>(clock_));
   }
 
   void serve() {
