@@ -203,6 +203,7 @@ void to_wire(const protocol::SessionRequest& in, wire::SessionRequest* out) {
   out->profile() = in.profile;
   out->seed(in.seed);
   out->speed_limit_m_s(in.speed_limit_m_s);
+  out->priority(in.priority);
   to_wire(in.quadrotor, &out->quadrotor());
   to_wire(in.actuation, &out->actuation());
   to_wire(in.camera, &out->camera());
@@ -218,6 +219,7 @@ Status from_wire(const wire::SessionRequest& in, protocol::SessionRequest* out) 
   out->profile = in.profile().c_str();
   out->seed = in.seed();
   out->speed_limit_m_s = in.speed_limit_m_s();
+  out->priority = in.priority();
   from_wire(in.quadrotor(), &out->quadrotor);
   from_wire(in.actuation(), &out->actuation);
   from_wire(in.camera(), &out->camera);
@@ -241,6 +243,8 @@ void to_wire(const protocol::SessionReply& in, wire::SessionReply* out) {
   out->field() = in.field;
   out->value() = in.value;
   out->expected() = in.expected;
+  out->retry_after_s(in.retry_after_s);
+  out->heir() = in.heir;
 }
 
 Status from_wire(const wire::SessionReply& in, protocol::SessionReply* out) {
@@ -259,6 +263,8 @@ Status from_wire(const wire::SessionReply& in, protocol::SessionReply* out) {
   out->field = in.field().c_str();
   out->value = in.value().c_str();
   out->expected = in.expected().c_str();
+  out->retry_after_s = in.retry_after_s();
+  out->heir = in.heir();
   return protocol::validate(*out);
 }
 

@@ -28,6 +28,12 @@ inline constexpr std::size_t kMaxNameLength = 63;  ///< vehicle names: [A-Za-z0-
 inline constexpr std::size_t kMaxReasonLength = 511;
 inline constexpr std::size_t kMaxFieldLength = 127;  ///< of a field's path, value and range
 inline constexpr int kMaxPlanSteps = 64;
+inline constexpr std::uint8_t kUsualPriority = 5;
+inline constexpr std::uint8_t kMaxPriority = 9;
+inline constexpr double kMaxRetryAfter_s = 3600.0;
+
+/// A participant of the middleware, by its bytes; all zero: none.
+using ParticipantBytes = std::array<std::uint8_t, 12>;
 
 enum class Timing : std::uint8_t {
   kRealTime = 0,  ///< the server plans at its control rate from the newest state
@@ -45,6 +51,8 @@ struct SessionRequest {
   std::string profile = "race";  ///< planner profile's name
   std::uint64_t seed = 1;        ///< of the planner's sampling
   double speed_limit_m_s = 0.0;  ///< soft cap on speed; 0 = the profile's
+  /// 0 to kMaxPriority: who has least is served last when the server can't serve all.
+  std::uint8_t priority = kUsualPriority;
   QuadrotorModel quadrotor;
   Actuation actuation;
   CameraModel camera;
@@ -67,6 +75,9 @@ struct SessionReply {
   double plan_step_s = 0.0;
   int plan_steps = 0;
   std::uint64_t model_hash = 0;  ///< names the model bundle in use
+  double retry_after_s = 0.0;    ///< when refused: not worth asking again before; 0 = not known
+  /// When accepted: who goes on with the session, under the same number, when this server falls silent.
+  ParticipantBytes heir{};
 };
 
 struct VehicleState {

@@ -155,6 +155,8 @@ Status validate(const SessionRequest& request) {
                              "0 (the profile's own) or 0.5 to 50 m/s");
         !s)
       return s;
+  if (request.priority > kMaxPriority)
+    return wrong("priority", text(static_cast<int>(request.priority)), "0 to " + text(static_cast<int>(kMaxPriority)));
   if (auto s = gatefield::validate(request.quadrotor); !s) return s;
   if (auto s = gatefield::validate(request.actuation); !s) return s;
   if (auto s = gatefield::validate(request.camera); !s) return s;
@@ -172,6 +174,8 @@ Status validate(const SessionReply& reply) {
   if (auto s = check_text("field", reply.field, kMaxFieldLength); !s) return s;
   if (auto s = check_text("value", reply.value, kMaxFieldLength); !s) return s;
   if (auto s = check_text("expected", reply.expected, kMaxFieldLength); !s) return s;
+  if (auto s = check_range("retry_after_s", reply.retry_after_s, 0, kMaxRetryAfter_s, "0 (not known) to 3600 s"); !s)
+    return s;
   if (!reply.accepted) {
     if (reply.reason.empty()) return wrong("reason", "empty", "a sentence that says why the session was refused");
     return {};

@@ -36,6 +36,7 @@ static void check_request(const void* sample) {
   EXPECT(r->version == gatefield_wire_PROTOCOL_VERSION);
   EXPECT(r->request == 7 && r->action == 0 && r->timing == 1);
   EXPECT(strcmp(r->profile, "race") == 0);
+  EXPECT(r->priority == 7);
   EXPECT(r->quadrotor.mass_kg == 0.83);
   EXPECT(r->quadrotor.rotor_position_B_m[1][0] == -0.0771 && r->quadrotor.rotor_position_B_m[1][1] == 0.0771);
   EXPECT(r->quadrotor.rotor_spin[0] == 1 && r->quadrotor.rotor_spin[3] == -1);
@@ -58,6 +59,7 @@ static void check_reply(const void* sample) {
   EXPECT(r->session == 0x1122334455667788ull && r->model_hash == 0xfedcba9876543210ull);
   EXPECT(r->control_period_s == 0.02 && r->plan_steps == 20);
   EXPECT(r->code == 0 && r->field[0] == '\0');
+  EXPECT(r->retry_after_s == 1.5 && r->heir[0] == 1 && r->heir[11] == 12);
 }
 
 static void check_state(const void* sample) {

@@ -62,7 +62,7 @@ def health(c):
 
 
 def session_request():
-    c = Cdr().u32(2).text("drone").u64(7).u8(0, 1).text("race").u64(42).f64(7.5)
+    c = Cdr().u32(2).text("drone").u64(7).u8(0, 1).text("race").u64(42).f64(7.5).u8(7)
     # quadrotor
     c.f64(0.83, 3.1e-3, 3.1e-3, 5.0e-3)
     c.f64(0.0771, -0.0771, -0.0771, 0.0771, 0.0771, 0.0771, -0.0771, -0.0771)
@@ -84,7 +84,7 @@ def session_request():
 
 def session_reply():
     c = Cdr().u32(2).text("drone").u64(7).u8(1).text("").text("planner-1").u64(SESSION)
-    return c.f64(0.02, 0.03).u32(20).u64(0xFEDCBA9876543210).u8(0).text("").text("").text("")
+    return c.f64(0.02, 0.03).u32(20).u64(0xFEDCBA9876543210).u8(0).text("").text("").text("").f64(1.5).u8(*range(1, 13))
 
 
 def vehicle_state():

@@ -87,6 +87,8 @@ TEST(Golden, SessionReply) {
   const auto read = both_ways<wire::SessionReplyPubSubType>("session_reply", test::good_reply());
   EXPECT_EQ(read.model_hash, 0xfedcba9876543210u);
   EXPECT_TRUE(read.accepted);
+  EXPECT_EQ(read.retry_after_s, 1.5);
+  EXPECT_EQ(read.heir[11], 12);
 }
 
 TEST(Golden, VehicleState) {

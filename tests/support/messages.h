@@ -16,6 +16,7 @@ inline protocol::SessionRequest good_request(const std::string& vehicle = "drone
   request.profile = "race";
   request.seed = 42;
   request.speed_limit_m_s = 7.5;
+  request.priority = 7;
   request.quadrotor.body_rate_max_rad_s = {9, 9, 6};
   request.camera = default_camera();
   request.camera.metres_per_count = 0.0005;
@@ -40,6 +41,8 @@ inline protocol::SessionReply good_reply(const std::string& vehicle = "drone", s
   reply.plan_step_s = 0.03;
   reply.plan_steps = 20;
   reply.model_hash = 0xfedcba9876543210u;
+  reply.retry_after_s = 1.5;
+  reply.heir = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
   return reply;
 }
 

@@ -71,6 +71,7 @@ TEST(Convert, SessionRequestComesBackAsItWas) {
   EXPECT_EQ(out.profile, in.profile);
   EXPECT_EQ(out.seed, in.seed);
   EXPECT_EQ(out.speed_limit_m_s, in.speed_limit_m_s);
+  EXPECT_EQ(out.priority, in.priority);
   EXPECT_EQ(out.quadrotor.mass_kg, in.quadrotor.mass_kg);
   EXPECT_EQ(out.quadrotor.inertia_kg_m2, in.quadrotor.inertia_kg_m2);
   EXPECT_EQ(out.quadrotor.rotor_position_B_m, in.quadrotor.rotor_position_B_m);
