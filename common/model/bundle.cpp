@@ -7,6 +7,7 @@
 
 #include "common/base/random.h"
 #include "common/base/whole_file.h"
+#include "common/model/checksums.h"
 #include "common/model/decoder_reading.h"
 #include "common/model/onnx_file.h"
 #include "common/model/onnx_graph.h"
@@ -177,6 +178,17 @@ Result<Bundle> Bundle::parse(const std::filesystem::path& folder, const std::map
 
     const std::string* const text = file("manifest.txt");
     if (text == nullptr) return missing("manifest.txt");
+    // First of all: of a damaged file nothing else is worth saying.
+    const auto sums = files.find(kChecksumsFile);
+    if (sums != files.end()) {
+      std::map<std::string, const std::string*> held{{"manifest.txt", text}};
+      for (const char* name : {"decoder.onnx", "encoder.onnx", "look1.onnx", "look2.onnx"})
+        if (const auto found = files.find(name); found != files.end()) held[name] = &found->second;
+      if (Status status = check_checksums(folder, sums->second, held); !status) return status.failure();
+    } else {
+      bundle.warnings_.push_back(folder.string() + " has no " + kChecksumsFile +
+                                 ": a damaged file may go unnoticed; make one: " + checksums_command(folder));
+    }
     Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", *text);
     if (!manifest.ok()) return manifest.failure();
     bundle.manifest_ = std::move(manifest).value();
@@ -228,6 +240,13 @@ Result<Bundle> Bundle::read(const std::filesystem::path& folder) {
       return {};
     };
     if (Status status = take("manifest.txt"); !status) return status.failure();
+    if (std::error_code none; std::filesystem::exists(folder / kChecksumsFile, none)) {
+      if (Status status = take(kChecksumsFile); !status) return status.failure();
+      // The manifest says which files there are: held against its hash before it is read.
+      if (Status status = check_checksums(folder, files[kChecksumsFile], {{"manifest.txt", &files["manifest.txt"]}});
+          !status)
+        return status.failure();
+    }
     const Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", files["manifest.txt"]);
     if (!manifest.ok()) return manifest.failure();
     std::vector<std::string> names = onnx_files(*manifest);

@@ -86,9 +86,10 @@ inline constexpr std::int64_t kMaxEncoderMultiplyAdds = 200'000'000;
 inline constexpr std::int64_t kNominalEncoderMultiplyAdds = 30'000'000;
 
 /// A trained model: manifest.txt and its ONNX files (look1.onnx, look2.onnx or encoder.onnx; decoder.onnx) in one
-/// folder (docs/bring-your-own-network.md). Reading checks every file against the manifest before anything runs it:
-/// operators, shapes, sizes, and by a slow evaluation of its own that they compute what they should. Errors name file,
-/// node or tensor and what was expected. Thread-safe: yes (const).   Real-time safe: no.
+/// folder, and their SHA256SUMS (docs/bring-your-own-network.md). Reading holds every file against its hash (and warns
+/// where there is none) and against the manifest, before anything runs it: operators, shapes, sizes, and by a slow
+/// evaluation of its own that they compute what they should. Errors name file, node or tensor and what was expected.
+/// Thread-safe: yes (const).   Real-time safe: no.
 class Bundle {
  public:
   static Result<Bundle> read(const std::filesystem::path& folder);

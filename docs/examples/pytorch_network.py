@@ -8,6 +8,7 @@ Between load() and save() in main() is the place for training of your own. Needs
 (Debian: python3-torch python3-onnx).
 """
 import argparse
+import hashlib
 import inspect
 import math
 import pathlib
@@ -89,7 +90,7 @@ def load(folder):
 
 
 def save(encoder, decoder, manifest, folder, opset=17):
-    """Writes the three files of a bundle."""
+    """Writes the files of a bundle."""
     folder.mkdir(parents=True, exist_ok=True)
     image = torch.zeros(1, 2, int(manifest["image_height_px"]), int(manifest["image_width_px"]))
     points = (torch.zeros(1, int(manifest["latent_size"])), torch.zeros(8, 3))  # 8: any number, N is left open
@@ -101,6 +102,9 @@ def save(encoder, decoder, manifest, folder, opset=17):
                       input_names=["latent", "points"], output_names=["sdf"],
                       dynamic_axes={"points": {0: "N"}, "sdf": {0: "N"}}, **options)
     (folder / "manifest.txt").write_text("".join(f"{name}: {value}\n" for name, value in manifest.items()))
+    files = [folder / name for name in ("manifest.txt", "encoder.onnx", "decoder.onnx")]
+    (folder / "SHA256SUMS").write_text(
+        "".join(f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}\n" for file in files))
 
 
 def main():

@@ -1,11 +1,14 @@
-// Writes what fuzzing begins with: make_corpus BUNDLES PACKETS, each a folder. Bundles are made, packets were recorded
-// (tests/data/rtps).
+// Writes what fuzzing begins with: make_corpus BUNDLES PACKETS SAMPLES, each a folder. Bundles are made, packets were
+// recorded (tests/data/rtps), samples are those of tests/data/wire.
 
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 
 #include "tests/fuzz/bundle_input.h"
+#include "tests/fuzz/wire_input.h"
+#include "tests/support/hex.h"
 #include "tests/support/rtps_corpus.h"
 #include "tests/unit/common/model/small_networks.h"
 
@@ -60,8 +63,8 @@ void write(const std::filesystem::path& file, const std::map<std::string, std::s
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::cerr << "Usage: make_corpus BUNDLES PACKETS\n";
+  if (argc != 4) {
+    std::cerr << "Usage: make_corpus BUNDLES PACKETS SAMPLES\n";
     return 2;
   }
   const std::filesystem::path folder = argv[1];
@@ -83,5 +86,18 @@ int main(int argc, char** argv) {
   for (const auto& packet : test::recorded_packets(GATEFIELD_SOURCE_DIR "/tests/data/rtps/recorded.hex"))
     std::ofstream(std::filesystem::path(argv[2]) / ("recorded-" + std::to_string(number++)), std::ios::binary)
         .write(reinterpret_cast<const char*>(packet.data()), static_cast<std::streamsize>(packet.size()));
+
+  std::filesystem::create_directories(argv[3]);
+  for (const auto& [name, kind] : fuzz::kWireSeeds) {
+    std::ifstream in(std::string(GATEFIELD_SOURCE_DIR "/tests/data/wire/") + name + ".hex");
+    const auto bytes = test::bytes_of_hex(std::string(std::istreambuf_iterator<char>(in), {}));
+    if (!in || !bytes) {
+      std::cerr << "tests/data/wire/" << name << ".hex is missing or no hexadecimal text\n";
+      return 2;
+    }
+    std::ofstream(std::filesystem::path(argv[3]) / name, std::ios::binary)
+        .put(static_cast<char>(kind))
+        .write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
+  }
   return 0;
 }

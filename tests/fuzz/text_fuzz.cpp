@@ -11,6 +11,7 @@
 #include "common/config/frame.h"
 #include "common/config/vehicle.h"
 #include "common/model/bundle.h"
+#include "common/model/checksums.h"
 #include "server/planner/profile_file.h"
 
 namespace {
@@ -32,6 +33,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (data[0] == 'm') {
     expect_words(model::parse_manifest(text, "manifest.txt"));
+    return 0;
+  }
+  if (data[0] == 's') {
+    const std::string held = "what the sums are held against";
+    const Status verdict = model::check_checksums("folder", text, {{"manifest.txt", &held}});
+    expect_words(verdict.ok() ? Result<int>(0) : Result<int>(verdict.failure()));
     return 0;
   }
   std::ofstream(file, std::ios::binary | std::ios::trunc) << text;

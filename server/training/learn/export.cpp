@@ -12,6 +12,7 @@
 
 #include "common/base/whole_file.h"
 #include "common/model/bundle.h"
+#include "common/model/checksums.h"
 #include "common/model/two_look.h"
 #include "server/training/data/dataset.h"
 
@@ -376,6 +377,7 @@ Status export_bundle(const Weights& weights, const Design& design, const std::st
     if (!decoder) return decoder;
     if (Status status = model::write_manifest(make_manifest(design, name), part / "manifest.txt"); !status)
       return status;
+    if (Status status = model::write_checksums(part); !status) return status;
     if (std::filesystem::exists(folder)) {
       if (renameat2(AT_FDCWD, part.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) != 0) {
         return Error{"bundle " + folder.string() + " can't be replaced: " + std::strerror(errno)};
