@@ -45,12 +45,76 @@ class End:
         run(*inside, "route", "add", "239.0.0.0/8", "dev", self.device)
         self.coming = collections.deque()
 
-    def start(self, command):
-        return subprocess.Popen(["ip", "netns", "exec", self.name, *shlex.split(command)])
+    def start(self, command, output=None):
+        return subprocess.Popen(["ip", "netns", "exec", self.name, *shlex.split(command)], stdout=output, stderr=output)
 
     def remove(self):
         os.close(self.file)
         subprocess.run(["ip", "netns", "delete", self.name])
+
+
+class Link:
+    """What the packets between both ends go through."""
+
+    def __init__(self, delay_ms=25.0, jitter_ms=0.0, loss=0.0, seed=1, outage=None):
+        """outage: (first, last) second after the client's start between which nothing gets through."""
+        self.delay_ms, self.jitter_ms, self.loss, self.outage = delay_ms, jitter_ms, loss, outage
+        self.draw = random.Random(seed)
+        self.packets, self.lost, self.worst_s = 0, 0, 0.0
+
+    def loses(self, since_s):
+        if self.outage and self.outage[0] <= since_s < self.outage[1]:
+            return True
+        return self.draw.random() < self.loss
+
+    def fly(self, server_command, client_command, output=None):
+        """Runs the server, 3 s later the client, and ends with it. Returns its exit code. output: a file for both."""
+        ends, server, client, started = [], None, None, None
+        try:
+            for name, address in (("server", "10.77.0.1/24"), ("drone", "10.77.0.2/24")):
+                ends.append(End(name, address))
+            other = {ends[0].file: ends[1], ends[1].file: ends[0]}
+            server = ends[0].start(server_command, output)
+            begin = time.monotonic()
+            while client is None or client.poll() is None:
+                now = time.monotonic()
+                if client is None and now - begin > 3.0:
+                    client, started = ends[1].start(client_command, output), now
+                due = min((end.coming[0][0] for end in ends if end.coming), default=now + 0.05)
+                ready, _, _ = select.select(list(other), [], [], max(0.0, min(0.05, due - now)))
+                now = time.monotonic()
+                for file in ready:
+                    self.take(file, other[file].coming, now, now - started if started else 0.0)
+                for end in ends:
+                    while end.coming and end.coming[0][0] <= now:
+                        due, packet = end.coming.popleft()
+                        self.worst_s = max(self.worst_s, now - due)
+                        os.write(end.file, packet)
+            return client.returncode
+        finally:
+            for process in (client, server):
+                if process is not None and process.poll() is None:
+                    process.send_signal(signal.SIGINT)
+                    try:
+                        process.wait(5)
+                    except subprocess.TimeoutExpired:
+                        process.kill()
+            for end in ends:
+                end.remove()
+
+    def take(self, file, queue, now, since_s):
+        """All packets that wait in the file go into the queue, or are lost."""
+        try:
+            while True:
+                packet = os.read(file, 65536)
+                self.packets += 1
+                if self.loses(since_s):
+                    self.lost += 1
+                    continue
+                held_s = 1e-3 * (self.delay_ms + self.draw.random() * self.jitter_ms)
+                queue.append((max(now + held_s, queue[-1][0] if queue else 0.0), packet))
+        except BlockingIOError:
+            pass
 
 
 def main():
@@ -62,51 +126,10 @@ def main():
     parser.add_argument("--server", required=True)
     parser.add_argument("--client", required=True)
     options = parser.parse_args()
-    draw = random.Random(options.seed)
-    ends, server, client, packets, lost, worst_s = [], None, None, 0, 0, 0.0
-    try:
-        for name, address in (("server", "10.77.0.1/24"), ("drone", "10.77.0.2/24")):
-            ends.append(End(name, address))
-        other = {ends[0].file: ends[1], ends[1].file: ends[0]}
-        server = ends[0].start(options.server)
-        begin = time.monotonic()
-        while client is None or client.poll() is None:
-            now = time.monotonic()
-            if client is None and now - begin > 3.0:
-                client = ends[1].start(options.client)
-            due = min((end.coming[0][0] for end in ends if end.coming), default=now + 0.05)
-            ready, _, _ = select.select(list(other), [], [], max(0.0, min(0.05, due - now)))
-            now = time.monotonic()
-            for file in ready:
-                try:
-                    while True:
-                        packet = os.read(file, 65536)
-                        packets += 1
-                        if draw.random() < options.loss:
-                            lost += 1
-                            continue
-                        held_s = 1e-3 * (options.delay_ms + draw.random() * options.jitter_ms)
-                        queue = other[file].coming
-                        queue.append((max(now + held_s, queue[-1][0] if queue else 0.0), packet))
-                except BlockingIOError:
-                    pass
-            for end in ends:
-                while end.coming and end.coming[0][0] <= now:
-                    due, packet = end.coming.popleft()
-                    worst_s = max(worst_s, now - due)
-                    os.write(end.file, packet)
-        print(f"slow link: {packets} packets, {lost} lost, held {1e3 * worst_s:.1f} ms too long at worst")
-        return client.returncode
-    finally:
-        for process in (client, server):
-            if process is not None and process.poll() is None:
-                process.send_signal(signal.SIGINT)
-                try:
-                    process.wait(5)
-                except subprocess.TimeoutExpired:
-                    process.kill()
-        for end in ends:
-            end.remove()
+    link = Link(options.delay_ms, options.jitter_ms, options.loss, options.seed)
+    code = link.fly(options.server, options.client)
+    print(f"slow link: {link.packets} packets, {link.lost} lost, held {1e3 * link.worst_s:.1f} ms too long at worst")
+    return code
 
 
 if __name__ == "__main__":
