@@ -48,6 +48,9 @@ std::string in_words(const DroppedSamples& dropped);
 struct TransportOptions {
   /// Depth frames kept for repair. 2 suits a LAN; take 8 when the round trip is longer than 10 ms.
   int depth_history = 2;
+  /// Folder that gatefield-keys made for who takes part here; then the domain is closed to everybody who has none. Empty:
+  /// it is open.
+  std::string security;
   /// Told of dropped packets, at most once a second; the last ones before the network falls silent may stay untold.
   /// Called on a thread of the middleware. May be empty.
   std::function<void(const DroppedPackets&)> on_packets_dropped;

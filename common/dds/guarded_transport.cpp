@@ -6,15 +6,17 @@
 #include <fastrtps/utils/IPLocator.h>
 
 #include <algorithm>
+#include <exception>
 #include <utility>
+#include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/rate_limiter.h"
+#include "common/dds/closed_domain.h"
+#include "common/dds/packet_fields.h"
 
 namespace gatefield::dds {
 namespace {
-
-constexpr std::size_t kSender_at = 8;  // of the header
 
 namespace rtps = eprosima::fastdds::rtps;
 using eprosima::fastrtps::rtps::Locator_t;
@@ -57,11 +59,13 @@ class Drops {
 class GuardedTransport final : public rtps::ChainingTransport {
  public:
   GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor, std::shared_ptr<Drops> drops,
-                   AdmitsFragments admits_fragments)
+                   AdmitsFragments admits_fragments, bool closed)
       : ChainingTransport(descriptor),
         udp_(descriptor.low_level_descriptor),
         drops_(std::move(drops)),
-        admits_fragments_(std::move(admits_fragments)) {}
+        admits_fragments_(std::move(admits_fragments)) {
+    if (closed) closed_ = std::make_unique<ClosedDomain>();
+  }
 
   rtps::TransportDescriptorInterface* get_configuration() override { return udp_.get(); }
 
@@ -82,31 +86,49 @@ class GuardedTransport final : public rtps::ChainingTransport {
       verdict.fault = PacketFault::kStranger;
       return drops_->count(verdict, remote);
     }
+    std::span<const std::uint8_t> pass(buffer, verdict.size);
+    if (closed_) {
+      thread_local std::vector<std::uint8_t> whole;
+      const ClosedDomain::Verdict closed = closed_->check(pass, MonotonicClock().now(), &pass, &whole);
+      if (closed.waits) return;
+      verdict.fault = closed.fault;
+      verdict.submessage = closed.submessage;
+      if (verdict.fault != PacketFault::kNone) return drops_->count(verdict, remote);
+    }
     const Sender speaking(sender);
-    next->OnDataReceived(buffer, static_cast<std::uint32_t>(verdict.size), local, remote);
+    try {
+      next->OnDataReceived(pass.data(), static_cast<std::uint32_t>(pass.size()), local, remote);
+    } catch (const std::exception&) {  // no memory for what a packet asks for, at the worst: it ends no process
+      verdict.fault = PacketFault::kUnread;
+      drops_->count(verdict, remote);
+    }
   }
 
  private:
   const std::shared_ptr<rtps::TransportDescriptorInterface> udp_;
   const std::shared_ptr<Drops> drops_;
   const AdmitsFragments admits_fragments_;
+  std::unique_ptr<ClosedDomain> closed_;
 };
 
 class GuardedDescriptor final : public rtps::ChainingTransportDescriptor {
  public:
   GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> udp,
-                    std::function<void(const DroppedPackets&)> on_dropped, AdmitsFragments admits_fragments)
+                    std::function<void(const DroppedPackets&)> on_dropped, AdmitsFragments admits_fragments,
+                    bool closed)
       : ChainingTransportDescriptor(std::move(udp)),
         drops_(std::make_shared<Drops>(std::move(on_dropped))),
-        admits_fragments_(std::move(admits_fragments)) {}
+        admits_fragments_(std::move(admits_fragments)),
+        closed_(closed) {}
 
   rtps::TransportInterface* create_transport() const override {
-    return new GuardedTransport(*this, drops_, admits_fragments_);
+    return new GuardedTransport(*this, drops_, admits_fragments_, closed_);
   }
 
  private:
   std::shared_ptr<Drops> drops_;
   AdmitsFragments admits_fragments_;
+  bool closed_;
 };
 
 }  // namespace
@@ -115,8 +137,9 @@ const ParticipantId* packet_sender() noexcept { return sender_now; }
 
 std::shared_ptr<rtps::TransportDescriptorInterface> guarded(std::shared_ptr<rtps::TransportDescriptorInterface> udp,
                                                             std::function<void(const DroppedPackets&)> on_dropped,
-                                                            AdmitsFragments admits_fragments) {
-  return std::make_shared<GuardedDescriptor>(std::move(udp), std::move(on_dropped), std::move(admits_fragments));
+                                                            AdmitsFragments admits_fragments, bool closed) {
+  return std::make_shared<GuardedDescriptor>(std::move(udp), std::move(on_dropped), std::move(admits_fragments),
+                                             closed);
 }
 
 }  // namespace gatefield::dds

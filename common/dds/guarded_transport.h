@@ -20,9 +20,10 @@ using AdmitsFragments = std::function<bool(const ParticipantId& from, std::uint3
 /// @param udp         what carries the packets
 /// @param on_dropped  as TransportOptions::on_packets_dropped
 /// @param admits_fragments  may be empty: everybody may
+/// @param closed            the domain is closed to strangers: what is not protected is dropped, too (ClosedDomain)
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
     std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> udp,
-    std::function<void(const DroppedPackets&)> on_dropped, AdmitsFragments admits_fragments);
+    std::function<void(const DroppedPackets&)> on_dropped, AdmitsFragments admits_fragments, bool closed);
 
 /// Whose packet the library is reading on this thread; nullptr: none.
 const ParticipantId* packet_sender() noexcept;

@@ -22,15 +22,17 @@ Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, con
                                                        const std::string& user_data, const TransportOptions& transport,
                                                        std::function<void(const PeerEvent&)> on_peer,
                                                        std::function<void(const WriterEvent&)> on_writer,
-                                                       AdmitsFragments admits_fragments) {
+                                                       AdmitsFragments admits_fragments,
+                                                       const Credentials* credentials) {
   if (domain > kMaxDomain)
     return Error{"domain is " + std::to_string(domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
   prepare_process();
   std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer), std::move(on_writer)));
+  auto qos = participant_qos(domain, name, user_data, transport, std::move(admits_fragments), credentials != nullptr);
+  if (credentials != nullptr) secure(*credentials, &qos);
   try {
-    self->participant_ = DomainParticipantFactory::get_instance()->create_participant(
-        domain, participant_qos(domain, name, user_data, transport, std::move(admits_fragments)), self.get(),
-        StatusMask::none());
+    self->participant_ =
+        DomainParticipantFactory::get_instance()->create_participant(domain, qos, self.get(), StatusMask::none());
   } catch (const std::exception& problem) {
     return Error{"the DDS participant in domain " + std::to_string(domain) +
                  " could not be created: " + problem.what()};
@@ -39,7 +41,15 @@ Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, con
     return Error{"the DDS participant in domain " + std::to_string(domain) +
                  " could not be created, expected a network interface that is up (the loopback at least) and free UDP "
                  "ports from " +
-                 std::to_string(first_port(domain)) + " on"};
+                 std::to_string(first_port(domain)) + " on" +
+                 (credentials != nullptr ? "; or the DDS library refused " + credentials->certificate.string() +
+                                               " and the files beside it"
+                                         : "")};
+  // A library without security ignores that it was asked for.
+  if (credentials != nullptr &&
+      !bears(id_of(self->participant_->guid().guidPrefix), mark_of(credentials->identity)))
+    return Error("the DDS library did not take up security, expected Fast DDS built with its security plugins",
+                 ErrorCode::kUnsupported, "security");
   return self;
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "common/base/result.h"
+#include "common/dds/credentials.h"
 #include "common/dds/endpoint.h"
 #include "common/dds/guarded_transport.h"
 
@@ -46,11 +47,13 @@ class Participant final : private eprosima::fastdds::dds::DomainParticipantListe
  public:
   /// `on_peer` and `on_writer` run on threads of the middleware; they may be called before open() returns.
   /// @param on_writer, admits_fragments  may be empty
+  /// @param credentials  of a domain that is closed to strangers; nullptr: it is open
   static Result<std::unique_ptr<Participant>> open(std::uint32_t domain, const std::string& name,
                                                    const std::string& user_data, const TransportOptions& transport,
                                                    std::function<void(const PeerEvent&)> on_peer,
                                                    std::function<void(const WriterEvent&)> on_writer = {},
-                                                   AdmitsFragments admits_fragments = {});
+                                                   AdmitsFragments admits_fragments = {},
+                                                   const Credentials* credentials = nullptr);
   ~Participant() override;
 
   const TransportOptions& transport() const { return transport_; }

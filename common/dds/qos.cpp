@@ -105,7 +105,8 @@ void fill_foreign(Qos* qos) {
 }  // namespace
 
 DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name, const std::string& user_data,
-                                     const TransportOptions& transport, AdmitsFragments admits_fragments) {
+                                     const TransportOptions& transport, AdmitsFragments admits_fragments,
+                                     bool secured) {
   DomainParticipantQos qos;
   qos.name(name.c_str());
   qos.user_data().setValue(std::vector<std::uint8_t>(user_data.begin(), user_data.end()));
@@ -130,8 +131,25 @@ DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& na
   udp->sendBufferSize = kSocketBuffer_bytes;
   udp->receiveBufferSize = kSocketBuffer_bytes;
   qos.transport().user_transports.push_back(
-      guarded(std::move(udp), transport.on_packets_dropped, std::move(admits_fragments)));
+      guarded(std::move(udp), transport.on_packets_dropped, std::move(admits_fragments), secured));
   return qos;
+}
+
+void secure(const Credentials& credentials, DomainParticipantQos* qos) {
+  const auto set = [qos](const std::string& name, const std::string& value) {
+    qos->properties().properties().emplace_back("dds.sec." + name, value);
+  };
+  const auto file = [](const std::filesystem::path& path) { return "file://" + path.string(); };
+  set("auth.plugin", "builtin.PKI-DH");
+  set("auth.builtin.PKI-DH.identity_ca", file(credentials.identity_authority));
+  set("auth.builtin.PKI-DH.identity_certificate", file(credentials.certificate));
+  set("auth.builtin.PKI-DH.private_key", file(credentials.key));
+  set("auth.builtin.PKI-DH.identity_crl", file(credentials.revoked));
+  set("access.plugin", "builtin.Access-Permissions");
+  set("access.builtin.Access-Permissions.permissions_ca", file(credentials.permissions_authority));
+  set("access.builtin.Access-Permissions.governance", file(credentials.governance));
+  set("access.builtin.Access-Permissions.permissions", file(credentials.permissions));
+  set("crypto.plugin", "builtin.AES-GCM-GMAC");
 }
 
 DataWriterQos writer_qos(Topic topic, const TransportOptions& transport) {

@@ -5,6 +5,7 @@
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <string>
 
+#include "common/dds/credentials.h"
 #include "common/dds/endpoint.h"
 #include "common/dds/guarded_transport.h"
 
@@ -24,7 +25,9 @@ namespace gatefield::dds {
 eprosima::fastdds::dds::DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name,
                                                              const std::string& user_data,
                                                              const TransportOptions& transport,
-                                                             AdmitsFragments admits_fragments);
+                                                             AdmitsFragments admits_fragments, bool secured);
+/// Authentication, access control and encryption by these files, of a domain where packets are checked as secured.
+void secure(const Credentials& credentials, eprosima::fastdds::dds::DomainParticipantQos* qos);
 
 eprosima::fastdds::dds::DataWriterQos writer_qos(Topic topic, const TransportOptions& transport);
 eprosima::fastdds::dds::DataReaderQos reader_qos(Topic topic, const TransportOptions& transport);
