@@ -170,7 +170,7 @@ int fly(const BridgeConfig& config, const Opened& opened, sources::Source* sourc
 Result<std::unique_ptr<sources::Source>> open_source(const BridgeConfig& config, const Clock& clock) {
   if (!config.sources.states && !config.sources.depth) return std::unique_ptr<sources::Source>();
   return sources::Source::open(config.sources, config.session.camera, config.session.domain, config.session.vehicle,
-                               clock);
+                               clock, config.session.network);
 }
 
 int check_motors(const BridgeConfig& config, const betaflight::Options& options) {

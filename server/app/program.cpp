@@ -15,6 +15,7 @@
 #include "common/base/logging.h"
 #include "common/config/locate.h"
 #include "common/dds/library_log.h"
+#include "common/dds/network_arguments.h"
 #include "common/dds/server_endpoint.h"
 #include "common/protocol/validate.h"
 #include "server/app/data_files.h"
@@ -136,7 +137,8 @@ int serve(const std::string& program, const Options& options,
   };
   auto endpoint = dds::ServerEndpoint::create(
       options.domain, options.name, &transport,
-      {.on_packets_dropped = on_packets_dropped,
+      {.network = options.network,
+       .on_packets_dropped = on_packets_dropped,
        .on_samples_dropped = [](const dds::DroppedSamples& dropped) { log::warn(in_words(dropped)); }});
   if (!endpoint) return fail_with(kNotJoined, endpoint.error());
   transport.attach(endpoint.value().get());
@@ -211,6 +213,7 @@ void add_options(CLI::App* app, Options* options) {
       ->delimiter(',')
       ->check(CLI::Range(0, 1023))
       ->type_name("LIST");
+  dds::add_network_options(app, &options->network);
 }
 
 int run_program(CLI::App* app, int argc, char** argv, const std::function<int()>& body) {

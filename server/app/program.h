@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/result.h"
+#include "common/dds/network.h"
 #include "common/protocol/messages.h"
 #include "server/app/trace.h"
 #include "server/kernels/backend.h"
@@ -37,6 +38,7 @@ struct Options {
   std::string metrics;
   bool realtime = false;
   std::vector<int> cores;
+  dds::NetworkOptions network;
   TraceOptions trace;
 };
 void add_options(CLI::App* app, Options* options);

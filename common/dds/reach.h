@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/result.h"
+#include "common/dds/network.h"
+
+/// What NetworkOptions come to on this host, now. Inside common/dds only.
+namespace gatefield::dds {
+
+/// Participants of one host: each listens at ports of its number (first_port() and so on).
+struct PeerHost {
+  std::string address;  ///< "10.0.0.7"
+  int first = 0, last = 0;
+};
+
+struct HostPort {
+  std::string address;
+  std::uint16_t port = 0;
+};
+
+struct Reach {
+  std::vector<PeerHost> peers;
+  std::vector<std::string> interfaces;  ///< their addresses; empty: all
+  std::vector<HostPort> discovery_servers;
+};
+
+/// Looks names up, once: hosts by the system's resolver, interfaces among those of this host.
+/// Errors: those of validate(), and kUnknownName for a host that has no IPv4 address or an interface that isn't there.
+/// Thread-safe: yes.   Real-time safe: no (may wait for a name server for as long as the system is set to).
+Result<Reach> resolve(const NetworkOptions& options);
+
+}  // namespace gatefield::dds
