@@ -23,6 +23,7 @@
 #include "client/flight/supervision.h"
 #include "common/base/logging.h"
 #include "common/base/text.h"
+#include "common/dds/environment.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::bridge {
@@ -197,6 +198,7 @@ int run(const Arguments& a) {
   auto config = load_config(a.config, a.firmware, !a.check && !a.check_motors);
   if (!config) return complain(config.error(), kExitBadInput);
   for (const std::string& note : config->notes) log::warn(note);
+  for (const std::string& sentence : dds::settle_environment(config->session.network)) log::warn(sentence);
 
   if (a.check_motors) {
     if (const auto* options = std::get_if<betaflight::Options>(&config->firmware))

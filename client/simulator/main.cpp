@@ -11,6 +11,7 @@
 #include "client/simulator/outputs.h"
 #include "client/simulator/simulation.h"
 #include "common/base/logging.h"
+#include "common/dds/environment.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::simulator {
@@ -104,5 +105,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kExitWon : kExitBadInput;
   }
   gatefield::log::start("gatefield-sim", arguments.log_level);
+  for (const std::string& sentence : gatefield::dds::settle_environment(arguments.network))
+    gatefield::log::warn(sentence);
   return run(arguments);
 }

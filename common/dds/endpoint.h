@@ -53,6 +53,8 @@ struct TransportOptions {
   /// Told of dropped packets, at most once a second; the last ones before the network falls silent may stay untold.
   /// Called on a thread of the middleware. May be empty.
   std::function<void(const DroppedPackets&)> on_packets_dropped;
+  /// Called once when shared memory no longer brings anything, on a thread of its own: join anew.
+  std::function<void()> on_deaf;
   /// Servers: as on_packets_dropped, of samples.
   std::function<void(const DroppedSamples&)> on_samples_dropped;
 };

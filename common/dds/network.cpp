@@ -4,9 +4,11 @@
 #include <ifaddrs.h>
 #include <netdb.h>
 #include <netinet/in.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -21,6 +23,8 @@ namespace {
 constexpr int kFirstPeers = 9;  // numbers 0 to this, unless told
 constexpr int kLastParticipant = 118;
 constexpr std::size_t kLongestHost = 253;
+
+constexpr const char* kDiscoveryVariable = "ROS_DISCOVERY_SERVER";
 
 constexpr const char* kPeerExpected =
     "HOST or HOST:FIRST-LAST, such as 10.0.0.7 or 10.0.0.7:0-24, participants 0 to 118 (IPv4, no port)";
@@ -59,12 +63,12 @@ std::optional<PeerHost> parse_peer(std::string_view text) {
   return peer;
 }
 
-std::optional<HostPort> parse_server(std::string_view text) {
+std::optional<DiscoveryAddress> parse_server(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos || !host_like(text.substr(0, colon))) return std::nullopt;
   const auto port = number(text.substr(colon + 1), 1, 65535);
   if (!port) return std::nullopt;
-  return HostPort{std::string(text.substr(0, colon)), static_cast<std::uint16_t>(*port)};
+  return DiscoveryAddress{0, std::string(text.substr(0, colon)), static_cast<std::uint16_t>(*port)};
 }
 
 /// At most so many of a field, and each as its check wants it.
@@ -138,6 +142,28 @@ Status resolve_interfaces(const std::vector<std::string>& named, std::vector<std
   return {};
 }
 
+/// Of ROS_DISCOVERY_SERVER: an entry each as parse_server() takes it, empty where the list leaves an id out.
+Result<std::vector<std::string>> servers_of_environment(const NetworkOptions& options) {
+  std::vector<std::string> servers;
+  const char* const told = std::getenv(kDiscoveryVariable);
+  if (told == nullptr || *told == '\0') return servers;
+  const std::string list = told;
+  if (!options.peers.empty())
+    return Error::invalid("peers", "given while " + std::string(kDiscoveryVariable) + " is set",
+                          "one of the two: unset the variable, or leave the peers out");
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(';', begin), list.size());
+    std::string one = list.substr(begin, end - begin);
+    if (!one.empty() && one.find(':') == std::string::npos) one += ":11811";
+    if (!one.empty() && !parse_server(one))
+      return Error::invalid(kDiscoveryVariable, quoted(list), "HOST or HOST:PORT, several with ; between (IPv4)");
+    servers.push_back(std::move(one));
+    begin = end + 1;
+  }
+  if (servers.size() <= kMaxDiscoveryServers) return servers;
+  return Error::invalid(kDiscoveryVariable, text(servers.size()) + " servers", "at most " + text(kMaxDiscoveryServers));
+}
+
 }  // namespace
 
 Status validate_peer(const std::string& peer) {
@@ -164,6 +190,8 @@ Status validate(const NetworkOptions& options) {
 
 Result<Reach> resolve(const NetworkOptions& options) {
   if (Status status = validate(options); !status) return status.failure();
+  if (options.shared_memory && access("/dev/shm", W_OK | X_OK) != 0)
+    return Error::invalid("shared_memory", "true", "a folder /dev/shm that may be written to");
   Reach reach;
   for (const std::string& one : options.peers) {
     PeerHost peer = *parse_peer(one);
@@ -172,12 +200,20 @@ Result<Reach> resolve(const NetworkOptions& options) {
     peer.address = *address;
     reach.peers.push_back(std::move(peer));
   }
-  for (const std::string& one : options.discovery_servers) {
-    HostPort server = *parse_server(one);
-    auto address = look_up("discovery_servers", server.address);
-    if (!address) return address.failure();
-    server.address = *address;
-    reach.discovery_servers.push_back(std::move(server));
+  const auto servers = options.discovery_servers.empty() ? servers_of_environment(options)
+                                                         : Result<std::vector<std::string>>(options.discovery_servers);
+  if (!servers) return servers.failure();
+  int id = 0;
+  for (const std::string& one : *servers) {
+    if (!one.empty()) {
+      DiscoveryAddress server = *parse_server(one);
+      auto address = look_up("discovery_servers", server.address);
+      if (!address) return address.failure();
+      server.id = id;
+      server.address = *address;
+      reach.discovery_servers.push_back(std::move(server));
+    }
+    ++id;
   }
   if (Status status = resolve_interfaces(options.interfaces, &reach.interfaces); !status) return status.failure();
   return reach;

@@ -5,12 +5,29 @@
 #include <utility>
 
 #include "common/dds/qos.h"
+#include "common/dds/reach.h"
+#include "common/dds/shared_memory.h"
 
 namespace gatefield::dds {
 
 using namespace eprosima::fastdds::dds;
 using eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
 using eprosima::fastrtps::rtps::WriterDiscoveryInfo;
+
+namespace {
+
+/// Before anything is opened.
+Result<Reach> look_around(std::uint32_t domain, const NetworkOptions& network) {
+  if (domain > kMaxDomain)
+    return Error{"domain is " + std::to_string(domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
+  auto reach = resolve(network);
+  if (!reach) return reach.failure().within("network.", "network.");
+  if (network.shared_memory) remove_dead_segments();
+  prepare_process();
+  return reach;
+}
+
+}  // namespace
 
 ParticipantId id_of(const eprosima::fastrtps::rtps::GuidPrefix_t& prefix) noexcept {
   ParticipantId id;
@@ -23,24 +40,39 @@ Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, con
                                                        std::function<void(const PeerEvent&)> on_peer,
                                                        std::function<void(const WriterEvent&)> on_writer,
                                                        AdmitsFragments admits_fragments) {
-  if (domain > kMaxDomain)
-    return Error{"domain is " + std::to_string(domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
-  prepare_process();
+  const auto reach = look_around(domain, transport.network);
+  if (!reach) return reach.failure();
   std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer), std::move(on_writer)));
-  try {
-    self->participant_ = DomainParticipantFactory::get_instance()->create_participant(
-        domain, participant_qos(domain, name, user_data, transport, std::move(admits_fragments)), self.get(),
-        StatusMask::none());
-  } catch (const std::exception& problem) {
-    return Error{"the DDS participant in domain " + std::to_string(domain) +
-                 " could not be created: " + problem.what()};
-  }
-  if (self->participant_ == nullptr)
-    return Error{"the DDS participant in domain " + std::to_string(domain) +
-                 " could not be created, expected a network interface that is up (the loopback at least) and free UDP "
-                 "ports from " +
-                 std::to_string(first_port(domain)) + " on"};
+  const std::string expected =
+      "a network interface that is up (the loopback at least) and free UDP ports from " +
+      std::to_string(first_port(domain)) + " on";
+  Status joined =
+      self->join(domain, participant_qos(domain, name, user_data, transport, *reach, std::move(admits_fragments)),
+                 expected);
+  if (!joined) return joined.failure();
   return self;
+}
+
+Result<std::unique_ptr<Participant>> Participant::open_discovery_server(std::uint32_t domain, std::uint16_t port,
+                                                                        const TransportOptions& transport) {
+  const auto reach = look_around(domain, transport.network);
+  if (!reach) return reach.failure();
+  std::unique_ptr<Participant> self(new Participant(transport, [](const PeerEvent&) {}, {}));
+  Status joined =
+      self->join(domain, discovery_server_qos(port, transport, *reach), "UDP port " + std::to_string(port) + " free");
+  if (!joined) return joined.failure();
+  return self;
+}
+
+Status Participant::join(std::uint32_t domain, const DomainParticipantQos& qos, const std::string& expected) {
+  const std::string what = "the DDS participant in domain " + std::to_string(domain) + " could not be created";
+  try {
+    participant_ = DomainParticipantFactory::get_instance()->create_participant(domain, qos, this, StatusMask::none());
+  } catch (const std::exception& problem) {
+    return Error{what + ": " + problem.what()};
+  }
+  if (participant_ == nullptr) return Error{what + ", expected " + expected};
+  return {};
 }
 
 Participant::~Participant() {
