@@ -9,6 +9,7 @@
 
 #include "client/race/server_process.h"
 #include "client/race/trial_result.h"
+#include "common/dds/network.h"
 
 namespace gatefield::race {
 
@@ -48,6 +49,8 @@ struct ServerOptions {
   std::filesystem::path logs;             ///< folder
   std::string name;                       ///< of a server on the network; empty: each worker starts its own
   std::uint32_t domain = 0;               ///< where that one is
+  dds::NetworkOptions network;            ///< of the clients
+  std::vector<std::string> network_words; ///< the same for servers of our own: words of their command line
   std::string isa;                        ///< told to servers of our own; empty: theirs to choose
   std::chrono::seconds answer_limit{20};  ///< wall clock, for one control step
 };

@@ -19,7 +19,8 @@ class RosSpeaker final : public Publisher {
   Status open() {
     auto opened =
         dds::RosPublisher::open(options_.domain, options_.name,
-                                {.odometry = options_.odometry, .pose = options_.pose, .image = options_.depth});
+                                {.odometry = options_.odometry, .pose = options_.pose, .image = options_.depth},
+                                options_.network);
     if (!opened) return opened.failure();
     publisher_ = std::move(opened).value();
     return {};

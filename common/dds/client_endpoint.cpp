@@ -1,5 +1,7 @@
 #include "common/dds/client_endpoint.h"
 
+#include <optional>
+
 #include "common/dds/convert.h"
 #include "common/dds/participant.h"
 #include "common/dds/reader.h"
@@ -21,7 +23,7 @@ class Endpoint final : public ClientEndpoint {
   Endpoint(std::string vehicle, ClientHandler* handler) : vehicle_(std::move(vehicle)), handler_(handler) {}
 
   Status open(std::uint32_t domain, const TransportOptions& transport) {
-    if (auto s = read_security(transport.security); !s) return s;
+    if (auto s = read_security(transport.network.security); !s) return s;
     auto participant = Participant::open(domain, "gatefield-client " + vehicle_, "gatefield-client:" + vehicle_,
                                          transport, [](const PeerEvent&) {}, {}, {},
                                          credentials_ ? &*credentials_ : nullptr);
@@ -108,7 +110,7 @@ class Endpoint final : public ClientEndpoint {
   Status read_security(const std::string& folder) {
     if (folder.empty()) return {};
     auto read = read_credentials(folder, {Role::kVehicle, vehicle_});
-    if (!read) return read.failure();
+    if (!read) return read.failure().within("", "network.");
     credentials_ = std::move(read).value();
     return {};
   }

@@ -47,7 +47,10 @@ class Drops {
     told.count = untold + 1u;
     told.fault = verdict.fault;
     told.submessage = verdict.submessage;
-    told.sender = eprosima::fastrtps::rtps::IPLocator::toIPv4string(sender) + ":" + std::to_string(sender.port);
+    told.sender =
+        sender.kind == LOCATOR_KIND_SHM
+            ? "shared memory"
+            : eprosima::fastrtps::rtps::IPLocator::toIPv4string(sender) + ":" + std::to_string(sender.port);
     tell_(told);
   }
 
@@ -59,15 +62,28 @@ class Drops {
 class GuardedTransport final : public rtps::ChainingTransport {
  public:
   GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor, std::shared_ptr<Drops> drops,
-                   AdmitsFragments admits_fragments, bool closed)
+                   const Guard& guard)
       : ChainingTransport(descriptor),
-        udp_(descriptor.low_level_descriptor),
+        carrier_(descriptor.low_level_descriptor),
         drops_(std::move(drops)),
-        admits_fragments_(std::move(admits_fragments)) {
-    if (closed) closed_ = std::make_unique<ClosedDomain>();
+        admits_fragments_(guard.admits_fragments),
+        shared_memory_(guard.shared_memory) {
+    if (guard.closed) closed_ = std::make_unique<ClosedDomain>();
   }
 
-  rtps::TransportDescriptorInterface* get_configuration() override { return udp_.get(); }
+  rtps::TransportDescriptorInterface* get_configuration() override { return carrier_.get(); }
+
+  bool OpenInputChannel(const Locator_t& locator, rtps::TransportReceiverInterface* receiver,
+                        std::uint32_t longest) override {
+    if (!ChainingTransport::OpenInputChannel(locator, receiver, longest)) return false;
+    if (shared_memory_) shared_memory_->listens_at(locator);
+    return true;
+  }
+
+  bool transform_remote_locator(const Locator_t& remote, Locator_t& result) const override {
+    if (shared_memory_ && !shared_memory_->within_reach(remote)) return false;
+    return ChainingTransport::transform_remote_locator(remote, result);
+  }
 
   bool send(eprosima::fastrtps::rtps::SenderResource* sender, const eprosima::fastrtps::rtps::octet* buffer,
             std::uint32_t size, eprosima::fastrtps::rtps::LocatorsIterator* begin,
@@ -78,6 +94,7 @@ class GuardedTransport final : public rtps::ChainingTransport {
 
   void receive(rtps::TransportReceiverInterface* next, const eprosima::fastrtps::rtps::octet* buffer,
                std::uint32_t size, const Locator_t& local, const Locator_t& remote) override {
+    if (shared_memory_ && shared_memory_->is_own_call({buffer, size}, local.port)) return;
     PacketVerdict verdict = check_packet({buffer, size});
     if (verdict.fault != PacketFault::kNone) return drops_->count(verdict, remote);
     ParticipantId sender;
@@ -105,41 +122,34 @@ class GuardedTransport final : public rtps::ChainingTransport {
   }
 
  private:
-  const std::shared_ptr<rtps::TransportDescriptorInterface> udp_;
+  const std::shared_ptr<rtps::TransportDescriptorInterface> carrier_;
   const std::shared_ptr<Drops> drops_;
   const AdmitsFragments admits_fragments_;
-  std::unique_ptr<ClosedDomain> closed_;
+  const std::shared_ptr<SharedMemory> shared_memory_;  // null: the carrier is none
+  std::unique_ptr<ClosedDomain> closed_;               // null: the domain is open
 };
 
 class GuardedDescriptor final : public rtps::ChainingTransportDescriptor {
  public:
-  GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> udp,
-                    std::function<void(const DroppedPackets&)> on_dropped, AdmitsFragments admits_fragments,
-                    bool closed)
-      : ChainingTransportDescriptor(std::move(udp)),
-        drops_(std::make_shared<Drops>(std::move(on_dropped))),
-        admits_fragments_(std::move(admits_fragments)),
-        closed_(closed) {}
+  GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> carrier, Guard guard)
+      : ChainingTransportDescriptor(std::move(carrier)),
+        drops_(std::make_shared<Drops>(guard.on_dropped)),
+        guard_(std::move(guard)) {}
 
-  rtps::TransportInterface* create_transport() const override {
-    return new GuardedTransport(*this, drops_, admits_fragments_, closed_);
-  }
+  rtps::TransportInterface* create_transport() const override { return new GuardedTransport(*this, drops_, guard_); }
 
  private:
   std::shared_ptr<Drops> drops_;
-  AdmitsFragments admits_fragments_;
-  bool closed_;
+  Guard guard_;
 };
 
 }  // namespace
 
 const ParticipantId* packet_sender() noexcept { return sender_now; }
 
-std::shared_ptr<rtps::TransportDescriptorInterface> guarded(std::shared_ptr<rtps::TransportDescriptorInterface> udp,
-                                                            std::function<void(const DroppedPackets&)> on_dropped,
-                                                            AdmitsFragments admits_fragments, bool closed) {
-  return std::make_shared<GuardedDescriptor>(std::move(udp), std::move(on_dropped), std::move(admits_fragments),
-                                             closed);
+std::shared_ptr<rtps::TransportDescriptorInterface> guarded(std::shared_ptr<rtps::TransportDescriptorInterface> carrier,
+                                                            Guard guard) {
+  return std::make_shared<GuardedDescriptor>(std::move(carrier), std::move(guard));
 }
 
 }  // namespace gatefield::dds

@@ -54,6 +54,9 @@ class Participant final : private eprosima::fastdds::dds::DomainParticipantListe
                                                    std::function<void(const WriterEvent&)> on_writer = {},
                                                    AdmitsFragments admits_fragments = {},
                                                    const Credentials* credentials = nullptr);
+  /// A discovery server (--discovery-listen) with id 0. Errors: as open(), and a port that is taken.
+  static Result<std::unique_ptr<Participant>> open_discovery_server(std::uint32_t domain, std::uint16_t port,
+                                                                    const TransportOptions& transport);
   ~Participant() override;
 
   const TransportOptions& transport() const { return transport_; }
@@ -66,6 +69,9 @@ class Participant final : private eprosima::fastdds::dds::DomainParticipantListe
   Participant(const TransportOptions& transport, std::function<void(const PeerEvent&)> on_peer,
               std::function<void(const WriterEvent&)> on_writer)
       : transport_(transport), on_peer_(std::move(on_peer)), on_writer_(std::move(on_writer)) {}
+  /// @param expected  what its absence would explain that the middleware refuses
+  Status join(std::uint32_t domain, const eprosima::fastdds::dds::DomainParticipantQos& qos,
+              const std::string& expected);
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
   void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant* participant,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <shared_mutex>
 #include <string_view>
@@ -49,7 +50,7 @@ class Server final : public ServerEndpoint {
       : name_(std::move(name)), handler_(handler), drops_(transport.on_samples_dropped) {}
 
   Status open(std::uint32_t domain, const TransportOptions& transport) {
-    if (auto s = read_security(transport.security); !s) return s;
+    if (auto s = read_security(transport.network.security); !s) return s;
     auto participant = Participant::open(
         domain, "gatefield-server " + name_, announcement(name_), transport,
         [this](const PeerEvent& event) { on_peer(event); }, {},
@@ -159,7 +160,7 @@ class Server final : public ServerEndpoint {
   Status read_security(const std::string& folder) {
     if (folder.empty()) return {};
     auto read = read_credentials(folder, {Role::kServer, name_});
-    if (!read) return read.failure();
+    if (!read) return read.failure().within("", "network.");
     credentials_ = std::move(read).value();
     return {};
   }

@@ -1,7 +1,7 @@
 // How fast the wire is on this machine, and how many vehicles a server flies over it: the product's endpoints and QoS.
 //   gatefield-dds-bench [seconds per measurement, 5 unless told] [file for results as JSON]
 //
-// The wire alone, over UDP on the loopback: state to command and back at 500 Hz from a process
+// The wire alone, over UDP on the loopback and over shared memory: state to command and back at 500 Hz from a process
 // that answers at once, while 60 depth frames of 160 x 90 a second go by; and how long those are under way.
 //
 // gatefield-server in lockstep, a gate in sight, the race profile (M = 2048): from a state's leaving to the command's
@@ -95,9 +95,12 @@ class Bench {
     fs::remove_all(folder_, failed);
   }
 
-  bool wire_alone() {
-    const Wire wire{own_domain()};
-    test::Process other(beside("").string(), {"echo", std::to_string(wire.domain)}, folder_ / "echo.out");
+  bool wire_alone(bool shared_memory) {
+    const Wire wire{own_domain(), shared_memory};
+    const std::string over = shared_memory ? "shared memory" : "UDP";
+    test::Process other(beside("").string(),
+                        {shared_memory ? "echo-in-shared-memory" : "echo", std::to_string(wire.domain)},
+                        folder_ / "echo.out");
     Vehicle vehicle("bench");
     if (!vehicle.ask(wire, protocol::Timing::kLockstep, "race") || !vehicle.joined(kPatience)) return false;
     const auto states = static_cast<std::uint64_t>(500 * length_s_);
@@ -109,10 +112,10 @@ class Bench {
       std::this_thread::sleep_for(next - now());
     }
     std::this_thread::sleep_for(100ms);
-    results_.add("state to command, 500 Hz, UDP (wire alone)", round_trips(vehicle.answers(251)));
+    results_.add("state to command, 500 Hz, " + over + " (wire alone)", round_trips(vehicle.answers(251)));
     if (other.wait(kPatience) != 0) return false;
     std::istringstream lines(other.output());
-    results_.add("depth 160 x 90, one way, UDP (wire alone)",
+    results_.add("depth 160 x 90, one way, " + over + " (wire alone)",
                  {std::istream_iterator<double>(lines), std::istream_iterator<double>()});
     return true;
   }
@@ -258,7 +261,8 @@ class Bench {
 
 int run(double length_s, const char* file) {
   Bench bench(length_s);
-  bool good = bench.wire_alone();
+  bool good = bench.wire_alone(false);
+  good = bench.wire_alone(true) && good;
   if (fs::exists(beside("gatefield-server"))) {
     good = bench.one_vehicle() && good;
     for (const auto& [count, realtime] : {std::pair(8, false), std::pair(16, false), std::pair(32, false),
@@ -279,8 +283,9 @@ int run(double length_s, const char* file) {
 
 int main(int argc, char** argv) {
   using namespace gatefield::bench;
-  if (argc == 3 && std::string(argv[1]) == "echo")  // the other process of wire_alone()
-    return echo({static_cast<std::uint32_t>(std::atoi(argv[2]))});
+  const std::string first = argc == 3 ? argv[1] : "";
+  if (first == "echo" || first == "echo-in-shared-memory")  // the other process of wire_alone()
+    return echo({static_cast<std::uint32_t>(std::atoi(argv[2])), first != "echo"});
   const double length_s = argc > 1 ? std::atof(argv[1]) : 5.0;
   if (!(length_s >= 1 && length_s <= 600) || argc > 3) {
     std::fprintf(stderr, "usage: gatefield-dds-bench [SECONDS, 1 to 600] [FILE]\n");

@@ -19,12 +19,15 @@ inline constexpr const char* kServer = "bench";
 
 struct Wire {
   std::uint32_t domain = 0;
+  bool shared_memory = false;
 };
 
 /// An end of the wire as the product opens it. Null when it can't be, with the reason on stderr.
 template <typename Endpoint, typename Handler>
 std::unique_ptr<Endpoint> open(const Wire& wire, const std::string& name, Handler* handler) {
-  auto opened = Endpoint::create(wire.domain, name, handler);
+  dds::TransportOptions transport;
+  transport.network.shared_memory = wire.shared_memory;
+  auto opened = Endpoint::create(wire.domain, name, handler, transport);
   if (opened.ok()) return std::move(opened).value();
   std::fprintf(stderr, "gatefield-dds-bench: %s\n", opened.error().c_str());
   return nullptr;
