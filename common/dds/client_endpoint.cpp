@@ -24,9 +24,9 @@ class Endpoint final : public ClientEndpoint {
 
   Status open(std::uint32_t domain, const TransportOptions& transport) {
     if (auto s = read_security(transport.network.security); !s) return s;
-    auto participant = Participant::open(domain, "gatefield-client " + vehicle_, "gatefield-client:" + vehicle_,
-                                         transport, [](const PeerEvent&) {}, {}, {},
-                                         credentials_ ? &*credentials_ : nullptr);
+    auto participant = Participant::open(
+        domain, "gatefield-client " + vehicle_, "gatefield-client:" + vehicle_, transport, [](const PeerEvent&) {}, {},
+        {}, credentials_ ? &*credentials_ : nullptr);
     if (auto s = keep(std::move(participant), &participant_); !s) return s;
 
     const auto unreadable = [this](Topic topic) {
@@ -41,12 +41,13 @@ class Endpoint final : public ClientEndpoint {
       return vehicle == vehicle_ && handler_->hears(from);
     };
     ReplyReader::Callbacks on_reply_sample{[this](wire::SessionReply* sample, const Origin& origin) {
-                                      receive<protocol::SessionReply>(
-                                          Topic::kSessionReply, *sample, &reply_,
-                                          [&](const auto& reply) { on_reply(reply, origin.participant); });
-                                    },
-                                    nullptr, unreadable(Topic::kSessionReply), own};
-    if (auto s = keep(ReplyReader::open(participant_.get(), Topic::kSessionReply, on_reply_sample), &replies_); !s) return s;
+                                             receive<protocol::SessionReply>(
+                                                 Topic::kSessionReply, *sample, &reply_,
+                                                 [&](const auto& reply) { on_reply(reply, origin.participant); });
+                                           },
+                                           nullptr, unreadable(Topic::kSessionReply), own};
+    if (auto s = keep(ReplyReader::open(participant_.get(), Topic::kSessionReply, on_reply_sample), &replies_); !s)
+      return s;
     CommandReader::Callbacks on_command{[this](wire::ThrustRateCommand* sample, const Origin&) {
                                           receive<protocol::ThrustRateCommand>(
                                               Topic::kCommand, *sample, &command_,

@@ -9,8 +9,8 @@
 namespace gatefield::dds {
 namespace {
 
-// Entities of discovery and security (DDSI-RTPS 9.3.1.5, DDS security 7.3.6): writers.
-constexpr std::uint32_t kAnnouncements = 0x000100c2, kHandshakes = 0x000201c3;
+// Writers of discovery (DDSI-RTPS 9.3.1.5).
+constexpr std::uint32_t kAnnouncements = 0x000100c2;
 constexpr std::array<std::uint32_t, 3> kOpenDiscovery{0x000003c2, 0x000004c2, 0x000200c2};
 // What an encrypted submessage begins and ends with (DDS security 9.5.2): of the first the key's number, of the last
 // the proofs, each a key's number and a code, behind a code for everybody.
@@ -18,12 +18,7 @@ constexpr std::size_t kPrefix_bytes = 20, kKeyNumber_at = 4, kCode_bytes = 16, k
 
 constexpr std::size_t kMaxAnnounced = 1024;
 constexpr std::size_t kMaxHandshakes = 32;
-constexpr Duration kForgotten = std::chrono::seconds(5);  // beyond the lease of 3 s
-
-/// Entities are four bytes in the order in which they are written down, whatever the byte order.
-std::uint32_t entity(Bytes body, std::size_t at) noexcept {
-  return body.size() < at + 4 ? 0 : Fields(body.subspan(at, 4), false).u32();
-}
+constexpr Stamp kForgotten = std::chrono::seconds(5);  // beyond the lease of 3 s
 
 /// How far the three parts of an encrypted submessage have come.
 class Triple {
@@ -69,7 +64,7 @@ Data read_data(const Submessage& submessage) noexcept {
   Fields fields = submessage.fields();
   fields.skip(2);
   const std::uint16_t to_inline_qos = fields.u16();
-  data.writer = entity(submessage.body, 8);
+  data.writer = entity_at(submessage.body, 8);
   fields.skip(to_inline_qos);
   if ((submessage.flags & kInlineQos) != 0)
     skip_parameters(&fields, [&](std::uint16_t id, Bytes value) {
@@ -81,16 +76,16 @@ Data read_data(const Submessage& submessage) noexcept {
 }
 
 bool is_open_discovery(const Submessage& submessage) noexcept {
-  const std::uint32_t writer = entity(submessage.body, 4);
+  const std::uint32_t writer = entity_at(submessage.body, 4);
   return std::find(kOpenDiscovery.begin(), kOpenDiscovery.end(), writer) != kOpenDiscovery.end();
 }
 
 /// The oldest one's place, when there is one free or nobody has heard of the oldest for long.
 template <typename Entry>
-Entry* place(std::vector<Entry>* entries, std::size_t most, Stamp now, Duration forgotten) {
+Entry* place(std::vector<Entry>* entries, std::size_t most, Stamp now, Stamp forgotten) {
   if (entries->size() < most) return &entries->emplace_back();
-  const auto oldest =
-      std::min_element(entries->begin(), entries->end(), [](const Entry& a, const Entry& b) { return a.heard < b.heard; });
+  const auto oldest = std::min_element(entries->begin(), entries->end(),
+                                       [](const Entry& a, const Entry& b) { return a.heard < b.heard; });
   if (now - oldest->heard < forgotten) return nullptr;
   *oldest = {};
   return &*oldest;
@@ -131,7 +126,7 @@ PacketFault ClosedDomain::take_fragments(const ParticipantId& who, Bytes body, s
   auto begun = std::find_if(handshakes_.begin(), handshakes_.end(),
                             [&](const Handshake& one) { return one.who == who && one.sequence == sequence; });
   if (begun == handshakes_.end() || begun->bytes.size() != sample) {
-    Handshake* const fresh = place(&handshakes_, kMaxHandshakes, now, Duration{0});
+    Handshake* const fresh = place(&handshakes_, kMaxHandshakes, now, Stamp{0});
     *fresh = {who, sequence, now, std::vector<std::uint8_t>(sample), std::vector<bool>((sample + size - 1) / size)};
     begun = handshakes_.begin() + (fresh - handshakes_.data());
   }
@@ -191,15 +186,13 @@ ClosedDomain::Verdict ClosedDomain::check(Bytes datagram, Stamp now, Bytes* pass
         if (data.writer == kAnnouncements) {
           if (data.ends) return wrong(PacketFault::kAnnouncement);
           if (const auto fault = announced(who, data.payload, now); fault != PacketFault::kNone) return wrong(fault);
-        } else if (data.writer != kHandshakes || data.ends) {
+        } else if (data.writer != kHandshakes || data.ends) {  // check_packet() has read a handshake
           return wrong(PacketFault::kUnprotected);
-        } else if (!check_handshake(data.payload)) {
-          return wrong(PacketFault::kToken);
         }
         break;
       }
       case kDataFrag: {
-        if (entity(next.body, 8) != kHandshakes || handshake || at != datagram.size())
+        if (entity_at(next.body, 8) != kHandshakes || handshake || at != datagram.size())
           return wrong(PacketFault::kUnprotected);
         handshake = true;
         whole->assign(datagram.begin(), datagram.begin() + static_cast<std::ptrdiff_t>(header));

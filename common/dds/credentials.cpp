@@ -5,6 +5,7 @@
 #include <openssl/pem.h>
 #include <openssl/pkcs7.h>
 #include <openssl/x509.h>
+#include <openssl/x509v3.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -15,9 +16,10 @@
 #include <sstream>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "common/base/whole_file.h"
-#include "common/protocol/validate.h"
+#include "common/protocol/messages.h"
 
 namespace gatefield::dds {
 namespace {
@@ -49,7 +51,11 @@ Error wrong(const std::filesystem::path& file, const std::string& what) {
 
 Result<Bio> open(const std::filesystem::path& file) {
   const auto content = read_file(file, kLongestFile);
-  if (!content) return content.failure().within("security: ");
+  if (!content) {
+    Error error = content.failure();
+    error.field = "security";
+    return error;
+  }
   Bio memory(BIO_new(BIO_s_mem()));
   if (!memory || BIO_write(memory.get(), content->data(), static_cast<int>(content->size())) < 0)
     return wrong(file, "could not be kept in memory");
@@ -96,7 +102,8 @@ std::string common_name(const X509* certificate) {
 Status check_authority(const std::filesystem::path& file, X509* authority) {
   if (X509_check_ca(authority) != 1 || X509_verify(authority, X509_get0_pubkey(authority)) != 1)
     return wrong(file, "is no authority's certificate; take the folder as gatefield-keys made it");
-  if (X509_cmp_current_time(X509_get0_notBefore(authority)) > 0 || X509_cmp_current_time(X509_get0_notAfter(authority)) < 0)
+  if (X509_cmp_current_time(X509_get0_notBefore(authority)) > 0 ||
+      X509_cmp_current_time(X509_get0_notAfter(authority)) < 0)
     return wrong(file, "does not hold today; check the clock, or begin anew with gatefield-keys init");
   return {};
 }
@@ -148,11 +155,13 @@ Result<std::string> read_signed(const std::filesystem::path& file, X509* authori
   const Bio out(BIO_new(BIO_s_mem()));
   const bool good = PKCS7_verify(document.get(), nullptr, store.get(), content.get(), out.get(), PKCS7_TEXT) == 1;
   STACK_OF(X509)* const signers = good ? PKCS7_get0_signers(document.get(), nullptr, 0) : nullptr;
-  const bool own = signers != nullptr && sk_X509_num(signers) == 1 && X509_cmp(sk_X509_value(signers, 0), authority) == 0;
+  const bool own =
+      signers != nullptr && sk_X509_num(signers) == 1 && X509_cmp(sk_X509_value(signers, 0), authority) == 0;
   sk_X509_free(signers);
   if (!own)
-    return wrong(file, "was not signed by the authority of permissions-ca.pem, or was changed since; take the folder as "
-                       "gatefield-keys made it");
+    return wrong(file,
+                 "was not signed by the authority of permissions-ca.pem, or was changed since; take the folder as "
+                 "gatefield-keys made it");
   char* text = nullptr;
   const auto length = BIO_get_mem_data(out.get(), &text);
   return std::string(text, static_cast<std::size_t>(std::max(0L, length)));
@@ -179,7 +188,8 @@ Status check_governance(const std::filesystem::path& file, std::string_view rule
       {"enable_write_access_control", "true"}};
   for (const auto& [name, value] : wanted) {
     const auto values = elements(rules, name);
-    if (values.empty()) return wrong(file, std::string("says nothing of ") + name + "; make it anew with gatefield-keys");
+    if (values.empty())
+      return wrong(file, std::string("says nothing of ") + name + "; make it anew with gatefield-keys");
     for (const std::string_view said : values)
       if (said != value)
         return wrong(file, "has " + std::string(name) + " " + std::string(said.substr(0, 60)) + ", expected " +
@@ -200,7 +210,8 @@ Status check_permissions(const std::filesystem::path& file, std::string_view gra
   const auto subjects = elements(grants, "subject_name");
   if (subjects.size() != 1 || subjects.front() != subject)
     return wrong(file, "is of \"" + std::string(subjects.empty() ? "" : subjects.front().substr(0, 200)) +
-                           "\", expected \"" + subject + "\" as certificate.pem; take the folder as gatefield-keys made it");
+                           "\", expected \"" + subject +
+                           "\" as certificate.pem; take the folder as gatefield-keys made it");
   const auto ends = elements(grants, "not_after");
   if (ends.size() != 1 || !is_to_come(ends.front()))
     return wrong(file, "holds no more; renew it with: gatefield-keys .. --renew");
@@ -223,9 +234,10 @@ Status check_identity(const Credentials& files, const X509* certificate, bool na
   const X509_NAME* const subject = X509_get_subject_name(certificate);
   if (X509_NAME_cmp(subject, subject_of(files.identity).get()) == 0) return {};
   const std::string role = role_name(files.identity.role);
-  Error error = wrong(files.certificate, "is of \"" + text_of(subject) + "\", expected " + role +
-                                             (named ? " \"" + files.identity.name + "\"" : "") +
-                                             "; name the folder of that " + role + ", or the name that the certificate has");
+  Error error =
+      wrong(files.certificate, "is of \"" + text_of(subject) + "\", expected " + role +
+                                   (named ? " \"" + files.identity.name + "\"" : "") + "; name the folder of that " +
+                                   role + ", or the name that the certificate has");
   error.value = text_of(subject);
   error.expected = text_of(subject_of(files.identity).get());
   return error;

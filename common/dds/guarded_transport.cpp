@@ -47,10 +47,9 @@ class Drops {
     told.count = untold + 1u;
     told.fault = verdict.fault;
     told.submessage = verdict.submessage;
-    told.sender =
-        sender.kind == LOCATOR_KIND_SHM
-            ? "shared memory"
-            : eprosima::fastrtps::rtps::IPLocator::toIPv4string(sender) + ":" + std::to_string(sender.port);
+    told.sender = sender.kind == LOCATOR_KIND_SHM
+                      ? "shared memory"
+                      : eprosima::fastrtps::rtps::IPLocator::toIPv4string(sender) + ":" + std::to_string(sender.port);
     tell_(told);
   }
 

@@ -68,8 +68,10 @@ PacketFault check_data(Bytes body, std::uint8_t flags) noexcept {
   if ((flags & kDataFlag) == 0 && !ends) return PacketFault::kKey;
   if ((flags & (kDataFlag | kKeyFlag)) == 0) return PacketFault::kNone;
   if (fields.left() < 4) return PacketFault::kTooShort;
-  return (flags & kDataFlag) != 0 && is_builtin(writer, little_endian) ? check_discovery(fields.rest())
-                                                                       : PacketFault::kNone;
+  if ((flags & kDataFlag) == 0 || !is_builtin(writer, little_endian)) return PacketFault::kNone;
+  if (entity_at(body, 8) == kHandshakes)
+    return check_handshake(fields.rest()) ? PacketFault::kNone : PacketFault::kToken;
+  return check_discovery(fields.rest());
 }
 
 /// @param largest  becomes the sample's size where that is more, unless it is one of discovery
@@ -207,8 +209,7 @@ PacketVerdict check_packet(Bytes datagram) noexcept {
       return next.said == kStatistics_bytes && at == datagram.size()
                  ? PacketVerdict{PacketFault::kNone, 0, begin, fragmented_bytes}
                  : wrong(PacketFault::kVendor, next.id);
-    const PacketFault fault =
-        check_submessage(next, datagram.subspan(kSender_at, kSender_bytes), &fragmented_bytes);
+    const PacketFault fault = check_submessage(next, datagram.subspan(kSender_at, kSender_bytes), &fragmented_bytes);
     if (fault != PacketFault::kNone) return wrong(fault, next.id);
   }
   return {PacketFault::kNone, 0, datagram.size(), fragmented_bytes};

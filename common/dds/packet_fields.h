@@ -18,12 +18,12 @@ inline constexpr std::uint32_t kMaxBits = 256;  ///< of a set of numbers
 
 // Kinds of submessages (9.4.5.1.1).
 inline constexpr std::uint8_t kPad = 0x01, kAckNack = 0x06, kHeartbeat = 0x07, kGap = 0x08, kInfoTimestamp = 0x09,
-                       kInfoSource = 0x0c, kInfoDestination = 0x0e, kNackFrag = 0x12, kHeartbeatFrag = 0x13,
-                       kData = 0x15, kDataFrag = 0x16, kSecBody = 0x30, kSecPrefix = 0x31, kSecPostfix = 0x32,
-                       kStatistics = 0x80;
+                              kInfoSource = 0x0c, kInfoDestination = 0x0e, kNackFrag = 0x12, kHeartbeatFrag = 0x13,
+                              kData = 0x15, kDataFrag = 0x16, kSecBody = 0x30, kSecPrefix = 0x31, kSecPostfix = 0x32,
+                              kStatistics = 0x80;
 // Flags.
 inline constexpr std::uint8_t kLittleEndian = 1, kInlineQos = 2, kDataFlag = 4, kKeyFlag = 8, kFragKeyFlag = 4,
-                       kNoTimestamp = 2;
+                              kNoTimestamp = 2;
 // Parameters (9.6.2.2.2).
 inline constexpr std::uint16_t kSentinel = 1, kContentFilterInfo = 0x55, kStatusInfo = 0x71, kIdentityToken = 0x1001,
                                kPermissionsToken = 0x1002;
@@ -81,6 +81,13 @@ class Fields {
   bool ok_ = true;
   std::size_t position_ = 0;
 };
+
+/// An entity: four bytes in the order in which they are written down, whatever the byte order.
+inline std::uint32_t entity_at(Bytes body, std::size_t at) noexcept {
+  return body.size() < at + 4 ? 0 : Fields(body.subspan(at, 4), false).u32();
+}
+/// The writer of what makes a participant known to another (DDS security 1.1, 7.4.3).
+inline constexpr std::uint32_t kHandshakes = 0x000201c3;
 
 struct Submessage {
   std::uint8_t id = 0, flags = 0;

@@ -49,8 +49,8 @@ Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, con
   if (credentials != nullptr)
     expected += ", and " + credentials->certificate.string() + " and the files beside it as gatefield-keys made them";
   Status joined = self->join(
-      domain,
-      participant_qos(domain, name, user_data, transport, *reach, std::move(admits_fragments), credentials), expected);
+      domain, participant_qos(domain, name, user_data, transport, *reach, std::move(admits_fragments), credentials),
+      expected);
   if (!joined) return joined.failure();
   // A library without security ignores that it was asked for.
   if (credentials != nullptr && !bears(id_of(self->participant_->guid().guidPrefix), mark_of(credentials->identity)))

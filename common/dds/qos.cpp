@@ -114,7 +114,8 @@ void find_by_calling(std::uint32_t domain, const Reach& reach, WireProtocolConfi
   builtin.initialPeersList.push_back(everybody);
   for (const PeerHost& peer : reach.peers)
     for (int number = peer.first; number <= peer.last; ++number)
-      builtin.initialPeersList.push_back(udp_locator(first_own_port(domain) + 2u * static_cast<unsigned>(number), peer.address));
+      builtin.initialPeersList.push_back(
+          udp_locator(first_own_port(domain) + 2u * static_cast<unsigned>(number), peer.address));
 }
 
 /// Found through discovery servers alone.
