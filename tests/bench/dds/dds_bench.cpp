@@ -30,6 +30,7 @@
 #include "tests/bench/dds/echo.h"
 #include "tests/bench/dds/vehicle.h"
 #include "tests/bench/timings.h"
+#include "tests/support/keys.h"
 #include "tests/support/process.h"
 
 namespace gatefield::bench {
@@ -56,6 +57,8 @@ class Results {
  private:
   std::string entries_;
 };
+
+constexpr const char* kVehicle = "bench-vehicle";
 
 /// Below those that tests and campaigns use: a server of theirs must not answer.
 std::uint32_t own_domain() { return 1 + static_cast<std::uint32_t>(getpid()) % 9; }
@@ -95,13 +98,14 @@ class Bench {
     fs::remove_all(folder_, failed);
   }
 
-  bool wire_alone(bool shared_memory) {
-    const Wire wire{own_domain(), shared_memory};
-    const std::string over = shared_memory ? "shared memory" : "UDP";
+  /// @param how  "", "in-shared-memory" or "in-closed-domain"
+  bool wire_alone(const std::string& how) {
+    const Wire wire{own_domain(), how == "in-shared-memory", how == "in-closed-domain" ? keys() : ""};
+    const std::string over = wire.shared_memory ? "shared memory" : wire.keys.empty() ? "UDP" : "UDP, encrypted";
     test::Process other(beside("").string(),
-                        {shared_memory ? "echo-in-shared-memory" : "echo", std::to_string(wire.domain)},
+                        {"echo", std::to_string(wire.domain), wire.shared_memory ? "1" : "0", wire.keys},
                         folder_ / "echo.out");
-    Vehicle vehicle("bench");
+    Vehicle vehicle(kVehicle);
     if (!vehicle.ask(wire, protocol::Timing::kLockstep, "race") || !vehicle.joined(kPatience)) return false;
     const auto states = static_cast<std::uint64_t>(500 * length_s_);
     Stamp next = now();
@@ -120,10 +124,13 @@ class Bench {
     return true;
   }
 
-  bool one_vehicle() {
-    const Wire wire{own_domain()};
-    test::Process server(server_program(), server_arguments(wire, {}), folder_ / "server.out");
-    Vehicle vehicle("bench");
+  bool one_vehicle(bool closed) {
+    const Wire wire{own_domain(), false, closed ? keys() : ""};
+    test::Process server(server_program(),
+                         server_arguments(wire, closed ? std::vector<std::string>{"--security", security(wire, kServer)}
+                                                       : std::vector<std::string>{}),
+                         folder_ / "server.out");
+    Vehicle vehicle(kVehicle);
     if (!vehicle.ask(wire, protocol::Timing::kLockstep, "race") || !vehicle.joined(kPatience)) return false;
     Stamp next = now(), simulated = 1s;
     vehicle.send_frame(simulated += 20ms);
@@ -140,8 +147,8 @@ class Bench {
       steps_s.push_back(answer.step_s);
       beyond_s.push_back(answer.round_trip_s - answer.step_s);
     }
-    results_.add("state to command, real server, M = 2048, UDP", round_trips(answers),
-                 fields_us("step_", steps_s) + fields_us("beyond_", beyond_s));
+    results_.add(std::string("state to command, real server, M = 2048, UDP") + (closed ? ", encrypted" : ""),
+                 round_trips(answers), fields_us("step_", steps_s) + fields_us("beyond_", beyond_s));
     std::printf("%s\n%s\n", line_us("  its step", steps_s).c_str(), line_us("  beyond its step", beyond_s).c_str());
     return true;
   }
@@ -222,6 +229,14 @@ class Bench {
     return false;
   }
 
+  /// Of a closed domain, made at first use.
+  std::string keys() {
+    if (!keys_) keys_ = std::make_unique<test::Keys>("bench");
+    keys_->make("server", kServer);
+    keys_->make("vehicle", kVehicle);
+    return keys_->folder().string();
+  }
+
   struct Tally {
     double sent = 0.0, missed = 0.0, step_s = 0.0;  // step: mean over the vehicles' newest
   };
@@ -257,14 +272,17 @@ class Bench {
   const double length_s_;
   const fs::path folder_;
   Results results_;
+  std::unique_ptr<test::Keys> keys_;
 };
 
 int run(double length_s, const char* file) {
   Bench bench(length_s);
-  bool good = bench.wire_alone(false);
-  good = bench.wire_alone(true) && good;
+  bool good = bench.wire_alone("");
+  good = bench.wire_alone("in-shared-memory") && good;
+  good = bench.wire_alone("in-closed-domain") && good;
   if (fs::exists(beside("gatefield-server"))) {
-    good = bench.one_vehicle() && good;
+    good = bench.one_vehicle(false) && good;
+    good = bench.one_vehicle(true) && good;
     for (const auto& [count, realtime] : {std::pair(8, false), std::pair(16, false), std::pair(32, false),
                                           std::pair(48, false), std::pair(32, true), std::pair(48, true)})
       good = bench.many_vehicles(count, realtime) && good;
@@ -283,9 +301,8 @@ int run(double length_s, const char* file) {
 
 int main(int argc, char** argv) {
   using namespace gatefield::bench;
-  const std::string first = argc == 3 ? argv[1] : "";
-  if (first == "echo" || first == "echo-in-shared-memory")  // the other process of wire_alone()
-    return echo({static_cast<std::uint32_t>(std::atoi(argv[2])), first != "echo"});
+  if (argc == 5 && std::string(argv[1]) == "echo")  // the other process of wire_alone()
+    return echo({static_cast<std::uint32_t>(std::atoi(argv[2])), std::string(argv[3]) == "1", argv[4]});
   const double length_s = argc > 1 ? std::atof(argv[1]) : 5.0;
   if (!(length_s >= 1 && length_s <= 600) || argc > 3) {
     std::fprintf(stderr, "usage: gatefield-dds-bench [SECONDS, 1 to 600] [FILE]\n");
