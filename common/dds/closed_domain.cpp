@@ -4,7 +4,6 @@
 #include <array>
 
 #include "common/dds/packet_fields.h"
-#include "common/dds/token_check.h"
 
 namespace gatefield::dds {
 namespace {
@@ -17,7 +16,6 @@ constexpr std::array<std::uint32_t, 3> kOpenDiscovery{0x000003c2, 0x000004c2, 0x
 constexpr std::size_t kPrefix_bytes = 20, kKeyNumber_at = 4, kCode_bytes = 16, kProof_bytes = 20;
 
 constexpr std::size_t kMaxAnnounced = 1024;
-constexpr std::size_t kMaxHandshakes = 32;
 constexpr Stamp kForgotten = std::chrono::seconds(5);  // beyond the lease of 3 s
 
 /// How far the three parts of an encrypted submessage have come.
@@ -75,20 +73,22 @@ Data read_data(const Submessage& submessage) noexcept {
   return data;
 }
 
+/// An announcement is of whose datagram it is in: the library goes by what it says itself.
+bool is_of(const ParticipantId& who, Bytes words) noexcept {
+  if (words.size() < 4) return false;
+  bool said = false, own = true;
+  Fields list(words.subspan(4), words[1] == 3);
+  skip_parameters(&list, [&](std::uint16_t id, Bytes value) {
+    if (id != kParticipant) return;
+    said = true;
+    own &= value.size() >= who.bytes.size() && std::equal(who.bytes.begin(), who.bytes.end(), value.begin());
+  });
+  return said && own;
+}
+
 bool is_open_discovery(const Submessage& submessage) noexcept {
   const std::uint32_t writer = entity_at(submessage.body, 4);
   return std::find(kOpenDiscovery.begin(), kOpenDiscovery.end(), writer) != kOpenDiscovery.end();
-}
-
-/// The oldest one's place, when there is one free or nobody has heard of the oldest for long.
-template <typename Entry>
-Entry* place(std::vector<Entry>* entries, std::size_t most, Stamp now, Stamp forgotten) {
-  if (entries->size() < most) return &entries->emplace_back();
-  const auto oldest = std::min_element(entries->begin(), entries->end(),
-                                       [](const Entry& a, const Entry& b) { return a.heard < b.heard; });
-  if (now - oldest->heard < forgotten) return nullptr;
-  *oldest = {};
-  return &*oldest;
 }
 
 }  // namespace
@@ -103,66 +103,25 @@ PacketFault ClosedDomain::announced(const ParticipantId& who, Bytes words, Stamp
     known->heard = now;
     return PacketFault::kNone;
   }
-  Announced* const fresh = known != announced_.end() ? &*known : place(&announced_, kMaxAnnounced, now, kForgotten);
-  if (fresh == nullptr) return PacketFault::kAnnouncement;
-  *fresh = {who, now, {words.begin(), words.end()}};
-  return PacketFault::kNone;
-}
-
-/// Makes a datagram of the handshake once all of its fragments are there.
-PacketFault ClosedDomain::take_fragments(const ParticipantId& who, Bytes body, std::uint8_t flags, Stamp now,
-                                         std::vector<std::uint8_t>* whole) {
-  Fields fields(body, (flags & kLittleEndian) != 0);
-  fields.skip(2);
-  const std::size_t to_inline_qos = fields.u16();
-  fields.skip(8);
-  const std::int64_t sequence = fields.sequence();
-  const std::size_t first = fields.u32(), count = fields.u16(), size = fields.u16(), sample = fields.u32();
-  if (sample > kMaxHandshake_bytes || size < 64 || (flags & kFragKeyFlag) != 0) return PacketFault::kToken;
-  fields.skip(to_inline_qos - 28);
-  if ((flags & kInlineQos) != 0) skip_parameters(&fields, [](std::uint16_t, Bytes) {});
-
-  const std::lock_guard lock(mutex_);
-  auto begun = std::find_if(handshakes_.begin(), handshakes_.end(),
-                            [&](const Handshake& one) { return one.who == who && one.sequence == sequence; });
-  if (begun == handshakes_.end() || begun->bytes.size() != sample) {
-    Handshake* const fresh = place(&handshakes_, kMaxHandshakes, now, Stamp{0});
-    *fresh = {who, sequence, now, std::vector<std::uint8_t>(sample), std::vector<bool>((sample + size - 1) / size)};
-    begun = handshakes_.begin() + (fresh - handshakes_.data());
+  const Announced fresh{who, now, {words.begin(), words.end()}};
+  if (known != announced_.end()) {
+    *known = fresh;
+    return PacketFault::kNone;
   }
-  begun->heard = now;
-  if (begun->there.size() != (sample + size - 1) / size) return PacketFault::kFragment;
-  const std::size_t at = (first - 1) * size;
-  const Bytes payload = fields.rest().first(std::min(count * size, sample - at));
-  std::copy(payload.begin(), payload.end(), begun->bytes.begin() + static_cast<std::ptrdiff_t>(at));
-  for (std::size_t i = first - 1; i < first - 1 + count; ++i) begun->there[i] = true;
-  if (std::find(begun->there.begin(), begun->there.end(), false) != begun->there.end()) return PacketFault::kNone;
-
-  const std::vector<std::uint8_t> message = std::move(begun->bytes);
-  handshakes_.erase(begun);
-  if (!check_handshake(message)) return PacketFault::kToken;
-  // A DATA without inline QoS that reaches to the end, with reader, writer and number as in the fragments.
-  constexpr std::array<std::uint8_t, 4> kBigEndianOffset{0, 0, 0, 16}, kLittleEndianOffset{0, 0, 16, 0};
-  const auto& offset = (flags & kLittleEndian) != 0 ? kLittleEndianOffset : kBigEndianOffset;
-  const std::uint8_t data_flags = static_cast<std::uint8_t>((flags & kLittleEndian) | kDataFlag);
-  whole->insert(whole->end(), {kData, data_flags, 0, 0});
-  whole->insert(whole->end(), offset.begin(), offset.end());
-  whole->insert(whole->end(), body.begin() + 4, body.begin() + 20);
-  whole->insert(whole->end(), message.begin(), message.end());
+  if (announced_.size() >= kMaxAnnounced)
+    std::erase_if(announced_, [now](const Announced& one) { return now - one.heard >= kForgotten; });
+  if (announced_.size() >= kMaxAnnounced) return PacketFault::kAnnouncement;
+  announced_.push_back(fresh);
   return PacketFault::kNone;
 }
 
-ClosedDomain::Verdict ClosedDomain::check(Bytes datagram, Stamp now, Bytes* pass, std::vector<std::uint8_t>* whole) {
+ClosedDomain::Verdict ClosedDomain::check(Bytes datagram, Stamp now) {
   ParticipantId who;
   std::copy_n(datagram.begin() + kSender_at, who.bytes.size(), who.bytes.begin());
-  *pass = datagram;
   Triple encrypted;
-  bool handshake = false;
-  std::size_t header = kHeader_bytes;  // with what says for whom the handshake is
   std::size_t at = kHeader_bytes;
   while (at < datagram.size()) {
     Submessage next;
-    const std::size_t begin = at;
     const auto wrong = [&next](PacketFault fault) { return Verdict{fault, next.id, false}; };
     if (!read_submessage(datagram, &at, &next)) return wrong(PacketFault::kCut);
     if (encrypted.open() || next.id == kSecPrefix) {
@@ -174,7 +133,6 @@ ClosedDomain::Verdict ClosedDomain::check(Bytes datagram, Stamp now, Bytes* pass
       case kInfoTimestamp:
       case kInfoSource:
       case kInfoDestination:
-        if (begin == header) header = at;
         break;
       case kHeartbeat:
       case kAckNack:
@@ -184,30 +142,19 @@ ClosedDomain::Verdict ClosedDomain::check(Bytes datagram, Stamp now, Bytes* pass
       case kData: {
         const Data data = read_data(next);
         if (data.writer == kAnnouncements) {
-          if (data.ends) return wrong(PacketFault::kAnnouncement);
+          if (data.ends) return {PacketFault::kNone, 0, true};
+          if (!is_of(who, data.payload)) return wrong(PacketFault::kAnnouncement);
           if (const auto fault = announced(who, data.payload, now); fault != PacketFault::kNone) return wrong(fault);
         } else if (data.writer != kHandshakes || data.ends) {  // check_packet() has read a handshake
           return wrong(PacketFault::kUnprotected);
         }
         break;
       }
-      case kDataFrag: {
-        if (entity_at(next.body, 8) != kHandshakes || handshake || at != datagram.size())
-          return wrong(PacketFault::kUnprotected);
-        handshake = true;
-        whole->assign(datagram.begin(), datagram.begin() + static_cast<std::ptrdiff_t>(header));
-        const auto fault = take_fragments(who, next.body, next.flags, now, whole);
-        if (fault != PacketFault::kNone) return wrong(fault);
-        break;
-      }
       default:
         return wrong(PacketFault::kUnprotected);
     }
   }
-  if (encrypted.open()) return {PacketFault::kUnprotected, kSecPrefix, false};
-  if (!handshake) return {};
-  *pass = *whole;
-  return {PacketFault::kNone, 0, whole->size() == header};
+  return encrypted.open() ? Verdict{PacketFault::kUnprotected, kSecPrefix, false} : Verdict{};
 }
 
 }  // namespace gatefield::dds

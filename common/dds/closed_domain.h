@@ -18,8 +18,7 @@ namespace gatefield::dds {
 ///   - what is encrypted, with a proof for its receiver (of the keys' exchange, that two share: without);
 ///   - announcements, of each participant always the same one, and never its goodbye (CVE-2023-50257), which may be
 ///     anybody's: who goes withdraws what he said, encrypted, or is missed after 3 s;
-///   - the handshake that makes somebody known. Its fragments are put together here, and it is read before the library
-///     gets it as one (CVE-2025-62603);
+///   - the handshake that makes somebody known, in one piece, so that check_packet() reads it (CVE-2025-62603);
 ///   - heartbeats and acknowledgements of the open endpoints of discovery, through which nothing is said then.
 /// It needs the governance that gatefield-keys makes, and no discovery server.
 ///
@@ -30,14 +29,10 @@ class ClosedDomain {
   struct Verdict {
     PacketFault fault = PacketFault::kNone;
     std::uint8_t submessage = 0;  ///< id of the one at fault
-    bool waits = false;           ///< kept here until the rest of it comes
+    bool goodbye = false;         ///< a participant's own, or forged: to be left out without a word
   };
   /// @param datagram  one that check_packet() has passed
-  /// @param pass      becomes what the library may read: the datagram, or a handshake that is whole now; as long as
-  ///                  `whole` and the datagram live
-  /// @param whole     room for it, of the thread
-  Verdict check(std::span<const std::uint8_t> datagram, Stamp now, std::span<const std::uint8_t>* pass,
-                std::vector<std::uint8_t>* whole);
+  Verdict check(std::span<const std::uint8_t> datagram, Stamp now);
 
  private:
   using Bytes = std::span<const std::uint8_t>;
@@ -46,20 +41,10 @@ class ClosedDomain {
     Stamp heard{};
     std::vector<std::uint8_t> words;
   };
-  struct Handshake {
-    ParticipantId who;
-    std::int64_t sequence = 0;
-    Stamp heard{};
-    std::vector<std::uint8_t> bytes;
-    std::vector<bool> there;  ///< by fragment
-  };
   PacketFault announced(const ParticipantId& who, Bytes words, Stamp now);
-  PacketFault take_fragments(const ParticipantId& who, Bytes body, std::uint8_t flags, Stamp now,
-                             std::vector<std::uint8_t>* whole);
 
   std::mutex mutex_;
   std::vector<Announced> announced_;
-  std::vector<Handshake> handshakes_;
 };
 
 }  // namespace gatefield::dds

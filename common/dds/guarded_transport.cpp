@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <exception>
 #include <utility>
-#include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/rate_limiter.h"
@@ -102,18 +101,16 @@ class GuardedTransport final : public rtps::ChainingTransport {
       verdict.fault = PacketFault::kStranger;
       return drops_->count(verdict, remote);
     }
-    std::span<const std::uint8_t> pass(buffer, verdict.size);
     if (closed_) {
-      thread_local std::vector<std::uint8_t> whole;
-      const ClosedDomain::Verdict closed = closed_->check(pass, MonotonicClock().now(), &pass, &whole);
-      if (closed.waits) return;
+      const ClosedDomain::Verdict closed = closed_->check({buffer, verdict.size}, MonotonicClock().now());
+      if (closed.goodbye) return;
       verdict.fault = closed.fault;
       verdict.submessage = closed.submessage;
       if (verdict.fault != PacketFault::kNone) return drops_->count(verdict, remote);
     }
     const Sender speaking(sender);
     try {
-      next->OnDataReceived(pass.data(), static_cast<std::uint32_t>(pass.size()), local, remote);
+      next->OnDataReceived(buffer, static_cast<std::uint32_t>(verdict.size), local, remote);
     } catch (const std::exception&) {  // no memory for what a packet asks for, at the worst: it ends no process
       verdict.fault = PacketFault::kUnread;
       drops_->count(verdict, remote);

@@ -35,7 +35,7 @@ std::string_view sentence(PacketFault fault) noexcept {
     case PacketFault::kUnprotected:
       return "it is not encrypted for this receiver, and the domain is closed to strangers";
     case PacketFault::kAnnouncement:
-      return "it announces a participant other than that one does itself, or says its goodbye for it";
+      return "it announces a participant other than that one does itself";
     case PacketFault::kUnread:
       return "the DDS library could not read it";
     case PacketFault::kStranger:

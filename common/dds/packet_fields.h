@@ -25,8 +25,8 @@ inline constexpr std::uint8_t kPad = 0x01, kAckNack = 0x06, kHeartbeat = 0x07, k
 inline constexpr std::uint8_t kLittleEndian = 1, kInlineQos = 2, kDataFlag = 4, kKeyFlag = 8, kFragKeyFlag = 4,
                               kNoTimestamp = 2;
 // Parameters (9.6.2.2.2).
-inline constexpr std::uint16_t kSentinel = 1, kContentFilterInfo = 0x55, kStatusInfo = 0x71, kIdentityToken = 0x1001,
-                               kPermissionsToken = 0x1002;
+inline constexpr std::uint16_t kSentinel = 1, kContentFilterInfo = 0x55, kParticipant = 0x50, kStatusInfo = 0x71,
+                               kIdentityToken = 0x1001, kPermissionsToken = 0x1002;
 inline constexpr std::uint8_t kDisposedOrUnregistered = 3;  // of the status, in its last byte
 
 /// Fields one after the other, in the byte order of their submessage. Beyond the end all is 0, and ok() is false.

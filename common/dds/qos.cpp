@@ -23,6 +23,9 @@ namespace {
 
 // What we send at most in a packet: with its headers it stays below an Ethernet frame.
 constexpr std::uint32_t kDatagram_bytes = 1400;
+// In a closed domain: what fits into four of them. The library writes a handshake, certificate and permissions included,
+// into a buffer of this size; one that it has to make larger is a byte too short for it (CDRMessage::addOctetVector).
+constexpr std::uint32_t kClosedDatagram_bytes = 5900;
 // What we take: other vendors' DDS send larger ones (Cyclone DDS up to 14720 bytes).
 constexpr std::uint32_t kLongestDatagram_bytes = 65500;
 constexpr std::uint32_t kSocketBuffer_bytes = 4 << 20;
@@ -34,7 +37,11 @@ constexpr int kMaxRequests = 1024;  // of requests, which come from those who ha
 // while the size of what is sent is asked from this function.
 class UdpInSmallPackets final : public eprosima::fastdds::rtps::UDPv4TransportDescriptor {
  public:
-  std::uint32_t max_message_size() const override { return kDatagram_bytes; }
+  explicit UdpInSmallPackets(std::uint32_t longest_bytes) : longest_bytes_(longest_bytes) {}
+  std::uint32_t max_message_size() const override { return longest_bytes_; }
+
+ private:
+  const std::uint32_t longest_bytes_;
 };
 
 /// @param address  empty: every interface of this host
@@ -131,8 +138,8 @@ void find_by_asking(const Reach& reach, WireProtocolConfigQos* wire) {
   }
 }
 
-std::shared_ptr<UdpInSmallPackets> udp_transport(const Reach& reach) {
-  auto udp = std::make_shared<UdpInSmallPackets>();
+std::shared_ptr<UdpInSmallPackets> udp_transport(const Reach& reach, bool closed) {
+  auto udp = std::make_shared<UdpInSmallPackets>(closed ? kClosedDatagram_bytes : kDatagram_bytes);
   udp->maxMessageSize = kLongestDatagram_bytes;
   udp->sendBufferSize = kSocketBuffer_bytes;
   udp->receiveBufferSize = kSocketBuffer_bytes;
@@ -148,7 +155,7 @@ void fill_common(const Reach& reach, Guard guard, DomainParticipantQos* qos) {
   qos->transport().use_builtin_transports = false;
   qos->transport().send_socket_buffer_size = kSocketBuffer_bytes;
   qos->transport().listen_socket_buffer_size = kSocketBuffer_bytes;
-  qos->transport().user_transports.push_back(guarded(udp_transport(reach), std::move(guard)));
+  qos->transport().user_transports.push_back(guarded(udp_transport(reach, guard.closed), std::move(guard)));
 }
 
 /// Authentication, access control and encryption by these files.

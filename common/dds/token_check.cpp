@@ -39,7 +39,7 @@ bool check_token(Bytes token, bool little_endian) noexcept {
 }
 
 bool check_handshake(Bytes message) noexcept {
-  if (message.size() < 4 || message.size() > kMaxHandshake_bytes || message[0] != 0 || message[1] > 3) return false;
+  if (message.size() < 4 || message[0] != 0 || message[1] > 3) return false;
   Fields fields(message.subspan(4), (message[1] & 1) != 0);
   fields.skip(kBeforeClass_bytes);
   skip_bytes(&fields);

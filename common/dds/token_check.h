@@ -8,9 +8,6 @@
 /// message says (CVE-2025-62599 to -62603), so their counts and lengths are read before.
 namespace gatefield::dds {
 
-/// The largest handshake: certificate, permissions and announcement with room to spare.
-inline constexpr std::size_t kMaxHandshake_bytes = 32'768;
-
 /// Whether a token (DDS security 1.1, 7.2.3.1 DataHolder) stays within its bytes.
 /// Thread-safe: yes.   Real-time safe: yes.
 bool check_token(std::span<const std::uint8_t> token, bool little_endian) noexcept;
