@@ -26,7 +26,7 @@ enum class PacketFault : std::uint8_t {
   kToken,       ///< a token or handshake of DDS security that says more than it has
   // Of a domain that is closed to strangers (ClosedDomain):
   kUnprotected,   ///< what must be encrypted, for this receiver, and is not
-  kAnnouncement,  ///< an announcement of another participant, or other than that one's own
+  kAnnouncement,  ///< another participant's announcement, or its goodbye, that anybody could write
   // Not by the packet alone:
   kUnread,    ///< the library gave up on it
   kStranger,  ///< fragments of a large sample of somebody who has no business with one
