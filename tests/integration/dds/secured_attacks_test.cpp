@@ -33,28 +33,33 @@ class SecuredAttacks : public AttackedFlight {
  protected:
   std::string security(Role role, const std::string& name) const override { return keys().make(words_of(role), name); }
 
-  /// The stranger is there for as long as the victim flies; nobody takes anything from him, and he hears nothing.
+  /// The stranger writes states and commands for the victim, and listens, as far as his own library lets him: nobody
+  /// takes anything from him, and he hears nobody else.
   void expect_shut_out(Stranger* stranger) {
-    Reader<wire::ThrustRateCommandPubSubType>::Callbacks hears;
+    const ParticipantId own = id_of(stranger->participant()->raw()->guid().guidPrefix);
     std::atomic<int> heard{0};
-    hears.sample = [&](wire::ThrustRateCommand*, const Origin&) { ++heard; };
+    Reader<wire::ThrustRateCommandPubSubType>::Callbacks hears;
+    hears.sample = [&](wire::ThrustRateCommand*, const Origin& origin) { heard += origin.participant == own ? 0 : 1; };
     hears.unreadable = [&] { ++heard; };
-    const auto commands = must(Reader<wire::ThrustRateCommandPubSubType>::open(stranger->participant(), Topic::kCommand,
-                                                                               hears, command_partition("victim")));
-    const auto states = stranger->writer<wire::VehicleStatePubSubType>(Topic::kVehicleState);
-    const auto forged =
-        stranger->writer<wire::ThrustRateCommandPubSubType>(Topic::kCommand, 1000, command_partition("victim"));
+    const auto listens = Reader<wire::ThrustRateCommandPubSubType>::open(stranger->participant(), Topic::kCommand,
+                                                                         hears, command_partition("victim"));
+    const auto states = Writer<wire::VehicleStatePubSubType>::open(stranger->participant(), Topic::kVehicleState);
+    const auto commands = Writer<wire::ThrustRateCommandPubSubType>::open(stranger->participant(), Topic::kCommand,
+                                                                          command_partition("victim"));
     const std::uint64_t session = victim_->session().session;
     expect_unharmed(fly(victim_.get(), [&](std::uint64_t sequence) {
       protocol::VehicleState state = test::good_state("victim", sequence + 1);
       state.session = session;
-      states->write([&](auto* sample) { to_wire(state, sample); });
+      if (states.ok()) (*states)->write([&](auto* sample) { to_wire(state, sample); });
       protocol::ThrustRateCommand command = test::good_command("victim", 1000 + sequence);
       command.session = session;
       command.plan_step = kMark;
-      forged->write([&](auto* sample) { to_wire(command, sample); });
+      if (commands.ok()) (*commands)->write([&](auto* sample) { to_wire(command, sample); });
     }));
-    EXPECT_EQ(states->readers() + forged->readers() + commands->writers(), 0u);
+    EXPECT_TRUE(listens.ok() || commands.ok()) << "he tried nothing";
+    if (states.ok()) {
+      EXPECT_EQ((*states)->readers(), 0u);
+    }
     EXPECT_EQ(heard, 0);
     EXPECT_EQ(told(), "") << "nothing of his came as far as the server's own checks";
     EXPECT_EQ(victim_->statistics().rejected, 0u);
@@ -63,7 +68,7 @@ class SecuredAttacks : public AttackedFlight {
 
 TEST_F(SecuredAttacks, NoneIsNeeded) {
   expect_unharmed(fly(victim_.get()));
-  const auto rival = join("rival");
+  const auto rival = join(std::string(protocol::kMaxNameLength, 'r'));  // its handshake is the longest
   expect_unharmed(fly(rival.get()));
   EXPECT_EQ(told(), "");
   EXPECT_EQ(packets_told(), "") << "an honest packet was dropped";
@@ -76,9 +81,12 @@ TEST_F(SecuredAttacks, NobodyWithoutACertificateTakesPart) {
 }
 
 TEST_F(SecuredAttacks, ACertificateOfAnotherAuthorityIsNone) {
-  const Credentials theirs = credentials_of(other_keys(), Role::kServer, kServer);
-  Stranger stranger({}, &theirs);
-  expect_shut_out(&stranger);
+  const Credentials server = credentials_of(other_keys(), Role::kServer, kServer);
+  Stranger commander({}, &server);
+  expect_shut_out(&commander);
+  const Credentials vehicle = credentials_of(other_keys(), Role::kVehicle, "victim");
+  Stranger listener({}, &vehicle);
+  expect_shut_out(&listener);
 }
 
 // The vehicle signs its own rights, a server's: with its own key, and with the authority of identities, were they one.
@@ -116,9 +124,7 @@ TEST_F(SecuredAttacks, ARevokedCertificateIsNone) {
   fs::copy(keys().make("vehicle", "thief"), kept, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
   const Credentials stolen = must(read_credentials(kept, {Role::kVehicle, "thief"}));
   keys().must({"revoke", "thief"});
-  endpoint_.reset();  // a server reads the list when it starts
-  victim_.reset();
-  service_->stop();
+  TearDown();  // a server reads the list when it starts
   SetUp();
   sdk::Options options = options_of("victim");
   options.vehicle = "thief";
@@ -236,15 +242,23 @@ TEST_F(SecuredAttacks, AServerOfAnotherNameIsNotBelieved) {
   const Credentials second = credentials_of(keys(), Role::kServer, "planner-2");
   Stranger server({}, &second);
   auto replies = server.writer<wire::SessionReplyPubSubType>(Topic::kSessionReply);
-  const std::uint64_t number = server.overheard();
   for (int i = 0; i < 500 && replies->readers() == 0; ++i) std::this_thread::sleep_for(10ms);
-  expect_unharmed(fly(victim_.get(), [&](std::uint64_t) {
-    protocol::SessionReply reply = test::good_reply("victim", number);
+  constexpr std::uint64_t kForged = 666;
+  const auto forge = [&](std::uint64_t) {
+    protocol::SessionReply reply = test::good_reply("victim", server.overheard());
     reply.server = kServer;
-    reply.session = 666;
+    reply.session = kForged;
     replies->write([&](auto* sample) { to_wire(reply, sample); });
-  }));
-  EXPECT_GT(victim_->statistics().rejected, 0u) << "its certificate says another name";
+  };
+  expect_unharmed(fly(victim_.get(), forge));
+  // Nor when its own server goes: an open domain's vehicle takes another acceptance then.
+  service_->stop();
+  endpoint_.reset();
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    forge(i);
+    std::this_thread::sleep_for(25ms);
+    ASSERT_NE(victim_->session().session, kForged);
+  }
 }
 
 }  // namespace
