@@ -100,6 +100,18 @@ TEST(Network, PeersAndDiscoveryServersAreNotMixed) {
   EXPECT_EQ(validate(options).failure().field, "peers");
 }
 
+TEST(Network, AClosedDomainAsksNoDiscoveryServer) {
+  NetworkOptions options;
+  options.security = "/keys/vehicles/drone";
+  EXPECT_TRUE(validate(options).ok());
+  {
+    const Variable servers("ROS_DISCOVERY_SERVER", "127.0.0.1");
+    EXPECT_EQ(resolve(options).failure().field, "security");
+  }
+  options.discovery_servers = {"127.0.0.1:11811"};
+  EXPECT_EQ(validate(options).failure().field, "security");
+}
+
 TEST(Environment, RosDiscoveryServerIsTakenOrRefusedWhole) {
   const Variable servers("ROS_DISCOVERY_SERVER", ";127.0.0.1:7777;localhost");
   const auto reach = resolve({});
