@@ -13,8 +13,8 @@
 /// what it is. Inside common/dds only.
 namespace gatefield::dds {
 
-/// UDP in packets that fit an Ethernet frame, large socket buffers, quick discovery and a short lease; peers, interfaces
-/// and discovery servers as told.
+/// UDP in packets that fit an Ethernet frame, large socket buffers, quick discovery and a short lease; peers,
+/// interfaces and discovery servers as told.
 ///
 /// Shared memory only when asked for (decision 0046): for samples alone, beside UDP, and watched
 /// (SharedMemory).
