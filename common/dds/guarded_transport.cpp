@@ -3,6 +3,7 @@
 #include <fastdds/rtps/network/SenderResource.h>
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/TransportReceiverInterface.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 
 #include <algorithm>
@@ -45,10 +46,9 @@ class Drops {
     told.count = untold + 1u;
     told.fault = verdict.fault;
     told.submessage = verdict.submessage;
-    told.sender =
-        sender.kind == LOCATOR_KIND_SHM
-            ? "shared memory"
-            : eprosima::fastrtps::rtps::IPLocator::toIPv4string(sender) + ":" + std::to_string(sender.port);
+    told.sender = sender.kind == LOCATOR_KIND_SHM
+                      ? "shared memory"
+                      : eprosima::fastrtps::rtps::IPLocator::toIPv4string(sender) + ":" + std::to_string(sender.port);
     tell_(told);
   }
 
@@ -130,16 +130,36 @@ class GuardedDescriptor final : public rtps::ChainingTransportDescriptor {
   std::shared_ptr<SharedMemory> shared_memory_;
 };
 
+/// A participant announces and takes shared memory only if one of its transports is described by this class.
+class GuardedSharedMemory final : public rtps::SharedMemTransportDescriptor {
+ public:
+  GuardedSharedMemory(const rtps::SharedMemTransportDescriptor& carrier, std::shared_ptr<GuardedDescriptor> guard)
+      : SharedMemTransportDescriptor(carrier), guard_(std::move(guard)) {}
+
+  rtps::TransportInterface* create_transport() const override { return guard_->create_transport(); }
+
+ private:
+  std::shared_ptr<GuardedDescriptor> guard_;
+};
+
 }  // namespace
 
 const ParticipantId* packet_sender() noexcept { return sender_now; }
 
 std::shared_ptr<rtps::TransportDescriptorInterface> guarded(std::shared_ptr<rtps::TransportDescriptorInterface> carrier,
                                                             std::function<void(const DroppedPackets&)> on_dropped,
-                                                            AdmitsFragments admits_fragments,
-                                                            std::shared_ptr<SharedMemory> shared_memory) {
+                                                            AdmitsFragments admits_fragments) {
   return std::make_shared<GuardedDescriptor>(std::move(carrier), std::move(on_dropped), std::move(admits_fragments),
-                                             std::move(shared_memory));
+                                             nullptr);
+}
+
+std::shared_ptr<rtps::TransportDescriptorInterface> guarded(std::shared_ptr<SharedMemory> shared_memory,
+                                                            std::function<void(const DroppedPackets&)> on_dropped,
+                                                            AdmitsFragments admits_fragments) {
+  const auto carrier = SharedMemory::transport();
+  return std::make_shared<GuardedSharedMemory>(
+      *carrier, std::make_shared<GuardedDescriptor>(carrier, std::move(on_dropped), std::move(admits_fragments),
+                                                    std::move(shared_memory)));
 }
 
 }  // namespace gatefield::dds

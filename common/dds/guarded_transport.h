@@ -22,11 +22,14 @@ using AdmitsFragments = std::function<bool(const ParticipantId& from, std::uint3
 /// @param carrier     what carries the packets
 /// @param on_dropped  as TransportOptions::on_packets_dropped
 /// @param admits_fragments  may be empty: everybody may
-/// @param shared_memory  what `carrier` is made by, if it is shared memory
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
     std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> carrier,
-    std::function<void(const DroppedPackets&)> on_dropped, AdmitsFragments admits_fragments,
-    std::shared_ptr<SharedMemory> shared_memory = nullptr);
+    std::function<void(const DroppedPackets&)> on_dropped, AdmitsFragments admits_fragments);
+
+/// The same of shared memory. @param shared_memory  watches it
+std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
+    std::shared_ptr<SharedMemory> shared_memory, std::function<void(const DroppedPackets&)> on_dropped,
+    AdmitsFragments admits_fragments);
 
 /// Whose packet the library is reading on this thread; nullptr: none.
 const ParticipantId* packet_sender() noexcept;

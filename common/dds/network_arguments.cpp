@@ -26,8 +26,7 @@ void add_network_options(CLI::App* app, NetworkOptions* options, const std::stri
        "Network interface to speak and listen on, by name or address; may be given again (default: all)",
        "NAME|ADDRESS");
   list("--discovery-server", &options->discovery_servers,
-       "Where a discovery server listens, through which alone others are found; may be given again",
-       "HOST:PORT")
+       "Where a discovery server listens, through which alone others are found; may be given again", "HOST:PORT")
       ->check(sentence_of(validate_discovery_server), "");
   app->add_flag("--shared-memory", options->shared_memory,
                 "Shared memory beside UDP, for programs of this host that are told so, too")
@@ -36,7 +35,8 @@ void add_network_options(CLI::App* app, NetworkOptions* options, const std::stri
 
 std::vector<std::string> network_arguments(const NetworkOptions& options) {
   std::vector<std::string> words;
-  for (const auto& [name, list] : {std::pair("--peer", &options.peers), {"--interface", &options.interfaces},
+  for (const auto& [name, list] : {std::pair("--peer", &options.peers),
+                                   {"--interface", &options.interfaces},
                                    {"--discovery-server", &options.discovery_servers}})
     for (const std::string& value : *list) words.insert(words.end(), {name, value});
   if (options.shared_memory) words.emplace_back("--shared-memory");

@@ -43,12 +43,10 @@ Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, con
   const auto reach = look_around(domain, transport.network);
   if (!reach) return reach.failure();
   std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer), std::move(on_writer)));
-  const std::string expected =
-      "a network interface that is up (the loopback at least) and free UDP ports from " +
-      std::to_string(first_port(domain)) + " on";
-  Status joined =
-      self->join(domain, participant_qos(domain, name, user_data, transport, *reach, std::move(admits_fragments)),
-                 expected);
+  const std::string expected = "a network interface that is up (the loopback at least) and free UDP ports from " +
+                               std::to_string(first_port(domain)) + " on";
+  Status joined = self->join(
+      domain, participant_qos(domain, name, user_data, transport, *reach, std::move(admits_fragments)), expected);
   if (!joined) return joined.failure();
   return self;
 }

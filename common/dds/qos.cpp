@@ -114,7 +114,8 @@ void find_by_calling(std::uint32_t domain, const Reach& reach, WireProtocolConfi
   builtin.initialPeersList.push_back(everybody);
   for (const PeerHost& peer : reach.peers)
     for (int number = peer.first; number <= peer.last; ++number)
-      builtin.initialPeersList.push_back(udp_locator(first_own_port(domain) + 2u * static_cast<unsigned>(number), peer.address));
+      builtin.initialPeersList.push_back(
+          udp_locator(first_own_port(domain) + 2u * static_cast<unsigned>(number), peer.address));
 }
 
 /// Found through discovery servers alone.
@@ -143,7 +144,7 @@ std::shared_ptr<UdpInSmallPackets> udp_transport(const Reach& reach) {
 void fill_common(const TransportOptions& transport, const Reach& reach, AdmitsFragments admits_fragments,
                  DomainParticipantQos* qos) {
   auto& discovery = qos->wire_protocol().builtin.discovery_config;
-  discovery.leaseDuration = milliseconds(3000);
+  discovery.leaseDuration = milliseconds(static_cast<int>(kLease.count()));
   discovery.leaseDuration_announcementperiod = milliseconds(500);
   qos->transport().use_builtin_transports = false;
   qos->transport().send_socket_buffer_size = kSocketBuffer_bytes;
@@ -174,8 +175,7 @@ DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& na
     // First, so that it is chosen where both would do.
     const auto shared = std::make_shared<SharedMemory>(transport.on_deaf);
     wire.default_unicast_locator_list.push_back(shared->locator(own_port + 1));
-    qos.transport().user_transports.push_back(
-        guarded(SharedMemory::transport(), transport.on_packets_dropped, admits_fragments, shared));
+    qos.transport().user_transports.push_back(guarded(shared, transport.on_packets_dropped, admits_fragments));
   }
   fill_common(transport, reach, std::move(admits_fragments), &qos);
   return qos;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
@@ -12,6 +13,9 @@
 /// Every QoS and transport setting of the project, and the only place that has any. docs/wire.md says why each value is
 /// what it is. Inside common/dds only.
 namespace gatefield::dds {
+
+/// A participant that says nothing for so long is given up.
+inline constexpr std::chrono::milliseconds kLease{3000};
 
 /// UDP in packets that fit an Ethernet frame, large socket buffers, quick discovery and a short lease; peers,
 /// interfaces and discovery servers as told.

@@ -2,6 +2,7 @@
 
 #include <fastdds/rtps/common/Locator.h>
 #include <fastdds/rtps/transport/TransportInterface.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 
 #include <array>
 #include <atomic>
@@ -35,7 +36,7 @@ class SharedMemory {
   SharedMemory& operator=(const SharedMemory&) = delete;
 
   /// What the participant sends and listens with.
-  static std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> transport();
+  static std::shared_ptr<eprosima::fastdds::rtps::SharedMemTransportDescriptor> transport();
   /// Where a participant listens, to be announced.
   eprosima::fastrtps::rtps::Locator_t locator(std::uint32_t port) const;
 

@@ -24,8 +24,8 @@ class Networks : public ::testing::Test {
     return host.run((kPrograms / "gatefield-server").string(), arguments, programs_.file(log));
   }
   Process client(const NetworkSpace& host, const std::vector<std::string>& extra) const {
-    std::vector<std::string> arguments{"--domain", programs_.domain(), "--width", "320", "--height", "180",
-                                       "--rate",   "30"};
+    std::vector<std::string> arguments{"--domain", programs_.domain(), "--width", "320", "--height",
+                                       "180",      "--rate",           "30"};
     arguments.insert(arguments.end(), extra.begin(), extra.end());
     return host.run(CAMERA_PROGRAM, arguments, programs_.file("client.log"));
   }
@@ -126,13 +126,13 @@ TEST(Surroundings, ProfilesAreNamedAndNotHeededAndADiscoveryServerIsTaken) {
       << said;
   EXPECT_NE(said.find("FASTDDS_STATISTICS is set (ALL) and not heeded"), std::string::npos) << said;
 
-  const std::vector<std::string> camera{"--domain", programs.domain(), "--width", "160", "--height", "90",
-                                        "--seconds", "1", "--wait", "20"};
-  Process client = in_environment({"ROS_DISCOVERY_SERVER=127.0.0.1:" + port}, CAMERA_PROGRAM, camera,
-                                  programs.file("client.log"));
+  const std::vector<std::string> camera{"--domain", programs.domain(), "--width", "160",    "--height",
+                                        "90",       "--seconds",       "1",       "--wait", "20"};
+  Process client =
+      in_environment({"ROS_DISCOVERY_SERVER=127.0.0.1:" + port}, CAMERA_PROGRAM, camera, programs.file("client.log"));
   EXPECT_EQ(client.wait(60s).value_or(-1), 0) << client.output() << planner.output();
-  Process broken = in_environment({"ROS_DISCOVERY_SERVER=udp://pit"}, CAMERA_PROGRAM, camera,
-                                  programs.file("broken.log"));
+  Process broken =
+      in_environment({"ROS_DISCOVERY_SERVER=udp://pit"}, CAMERA_PROGRAM, camera, programs.file("broken.log"));
   EXPECT_EQ(broken.wait(60s).value_or(-1), 3);
   EXPECT_NE(broken.output().find("ROS_DISCOVERY_SERVER is 'udp://pit', expected HOST or HOST:PORT"), std::string::npos)
       << broken.output();
