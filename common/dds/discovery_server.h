@@ -13,7 +13,8 @@ namespace gatefield::dds {
 /// Thread-safe: yes.
 class DiscoveryServer {
  public:
-  /// Listens at this port on the interfaces of transport.network; the rest of that is not used.
+  /// Listens at this port on the interfaces of transport.network; the rest of that is not used. Takes a second; when
+  /// clients of a server before it call there already, as long as their lease, so that they notice the new one.
   /// Errors: the port is taken, an interface isn't there, the middleware refuses.
   static Result<std::unique_ptr<DiscoveryServer>> open(std::uint32_t domain, std::uint16_t port,
                                                        const TransportOptions& transport);

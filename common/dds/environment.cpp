@@ -12,7 +12,7 @@ namespace gatefield::dds {
 namespace {
 
 constexpr const char* kProfilesHere = "DEFAULT_FASTRTPS_PROFILES.xml";
-constexpr const char* kSkipProfilesHere = "SKIP_DEFAULT_XML";
+constexpr const char* kSkipProfilesHere = "SKIP_DEFAULT_XML_FILE";
 constexpr std::size_t kShown = 200;
 
 std::optional<std::string> variable(const char* name) {
@@ -33,7 +33,8 @@ std::vector<std::string> settle_environment(const NetworkOptions& options) {
        {std::pair("FASTRTPS_DEFAULT_PROFILES_FILE", "not read: " + instead),
         std::pair("FASTDDS_DEFAULT_PROFILES_FILE", "not read: " + instead),
         std::pair("FASTDDS_ENVIRONMENT_FILE", std::string("not read: use --discovery-server")),
-        std::pair("FASTDDS_STATISTICS", std::string("not heeded: nothing is published but the topics of docs/wire.md"))})
+        std::pair("FASTDDS_STATISTICS",
+                  std::string("not heeded: nothing is published but the topics of docs/wire.md"))})
     if (const auto value = variable(name)) {
       sentences.push_back(named(name, *value) + what);
       unsetenv(name);

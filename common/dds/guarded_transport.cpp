@@ -3,6 +3,7 @@
 #include <fastdds/rtps/network/SenderResource.h>
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/TransportReceiverInterface.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 
 #include <algorithm>
@@ -60,12 +61,12 @@ class Drops {
 class GuardedTransport final : public rtps::ChainingTransport {
  public:
   GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor, std::shared_ptr<Drops> drops,
-                   const Guard& guard)
+                   const Guard& guard, std::shared_ptr<SharedMemory> shared_memory)
       : ChainingTransport(descriptor),
         carrier_(descriptor.low_level_descriptor),
         drops_(std::move(drops)),
         admits_fragments_(guard.admits_fragments),
-        shared_memory_(guard.shared_memory) {
+        shared_memory_(std::move(shared_memory)) {
     if (guard.closed) closed_ = std::make_unique<ClosedDomain>();
   }
 
@@ -127,16 +128,33 @@ class GuardedTransport final : public rtps::ChainingTransport {
 
 class GuardedDescriptor final : public rtps::ChainingTransportDescriptor {
  public:
-  GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> carrier, Guard guard)
+  GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> carrier, Guard guard,
+                    std::shared_ptr<SharedMemory> shared_memory)
       : ChainingTransportDescriptor(std::move(carrier)),
         drops_(std::make_shared<Drops>(guard.on_dropped)),
-        guard_(std::move(guard)) {}
+        guard_(std::move(guard)),
+        shared_memory_(std::move(shared_memory)) {}
 
-  rtps::TransportInterface* create_transport() const override { return new GuardedTransport(*this, drops_, guard_); }
+  rtps::TransportInterface* create_transport() const override {
+    return new GuardedTransport(*this, drops_, guard_, shared_memory_);
+  }
 
  private:
   std::shared_ptr<Drops> drops_;
   Guard guard_;
+  std::shared_ptr<SharedMemory> shared_memory_;
+};
+
+/// A participant announces and takes shared memory only if one of its transports is described by this class.
+class GuardedSharedMemory final : public rtps::SharedMemTransportDescriptor {
+ public:
+  GuardedSharedMemory(const rtps::SharedMemTransportDescriptor& carrier, std::shared_ptr<GuardedDescriptor> guard)
+      : SharedMemTransportDescriptor(carrier), guard_(std::move(guard)) {}
+
+  rtps::TransportInterface* create_transport() const override { return guard_->create_transport(); }
+
+ private:
+  std::shared_ptr<GuardedDescriptor> guard_;
 };
 
 }  // namespace
@@ -145,7 +163,13 @@ const ParticipantId* packet_sender() noexcept { return sender_now; }
 
 std::shared_ptr<rtps::TransportDescriptorInterface> guarded(std::shared_ptr<rtps::TransportDescriptorInterface> carrier,
                                                             Guard guard) {
-  return std::make_shared<GuardedDescriptor>(std::move(carrier), std::move(guard));
+  return std::make_shared<GuardedDescriptor>(std::move(carrier), std::move(guard), nullptr);
+}
+
+std::shared_ptr<rtps::TransportDescriptorInterface> guarded(std::shared_ptr<SharedMemory> shared_memory, Guard guard) {
+  const auto carrier = SharedMemory::transport();
+  return std::make_shared<GuardedSharedMemory>(
+      *carrier, std::make_shared<GuardedDescriptor>(carrier, std::move(guard), std::move(shared_memory)));
 }
 
 }  // namespace gatefield::dds

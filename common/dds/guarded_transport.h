@@ -21,7 +21,6 @@ using AdmitsFragments = std::function<bool(const ParticipantId& from, std::uint3
 struct Guard {
   std::function<void(const DroppedPackets&)> on_dropped;  ///< as TransportOptions::on_packets_dropped
   AdmitsFragments admits_fragments;                       ///< may be empty: everybody may
-  std::shared_ptr<SharedMemory> shared_memory;            ///< what the carrier is made by, if it is shared memory
   bool closed = false;  ///< to strangers: what is not protected is dropped, too (ClosedDomain)
 };
 
@@ -30,6 +29,10 @@ struct Guard {
 /// @param carrier  what carries the packets
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
     std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> carrier, Guard guard);
+
+/// The same of shared memory. @param shared_memory  watches it
+std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> guarded(
+    std::shared_ptr<SharedMemory> shared_memory, Guard guard);
 
 /// Whose packet the library is reading on this thread; nullptr: none.
 const ParticipantId* packet_sender() noexcept;

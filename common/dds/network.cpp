@@ -76,7 +76,11 @@ Status validate_list(const std::string& field, const std::vector<std::string>& l
                      Status (*check)(const std::string&)) {
   if (list.size() > most) return Error::invalid(field, text(list.size()) + " of them", "at most " + text(most));
   for (const std::string& one : list)
-    if (Status status = check(one); !status) return status.failure().within(field + " is ", field);
+    if (Status status = check(one); !status) {
+      Error error = status.failure().within(field + " is ");
+      error.field = field;
+      return error;
+    }
   return {};
 }
 

@@ -55,7 +55,7 @@ Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, con
   // A library without security ignores that it was asked for.
   if (credentials != nullptr && !bears(id_of(self->participant_->guid().guidPrefix), mark_of(credentials->identity)))
     return Error("the DDS library did not take up security, expected Fast DDS built with its security plugins",
-                 ErrorCode::kUnsupported, "security");
+                 ErrorCode::kUnsupported, "network.security");
   return self;
 }
 

@@ -150,7 +150,7 @@ std::shared_ptr<UdpInSmallPackets> udp_transport(const Reach& reach, bool closed
 /// What everybody has, whichever way others are found.
 void fill_common(const Reach& reach, Guard guard, DomainParticipantQos* qos) {
   auto& discovery = qos->wire_protocol().builtin.discovery_config;
-  discovery.leaseDuration = milliseconds(3000);
+  discovery.leaseDuration = milliseconds(static_cast<int>(kLease.count()));
   discovery.leaseDuration_announcementperiod = milliseconds(500);
   qos->transport().use_builtin_transports = false;
   qos->transport().send_socket_buffer_size = kSocketBuffer_bytes;
@@ -194,15 +194,13 @@ DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& na
     find_by_calling(domain, reach, &wire);
   else
     find_by_asking(reach, &wire);
-  Guard guard{transport.on_packets_dropped, std::move(admits_fragments), nullptr, credentials != nullptr};
+  Guard guard{transport.on_packets_dropped, std::move(admits_fragments), credentials != nullptr};
   if (credentials != nullptr) secure(*credentials, &qos);
   if (transport.network.shared_memory) {
     // First, so that it is chosen where both would do.
     const auto shared = std::make_shared<SharedMemory>(transport.on_deaf);
     wire.default_unicast_locator_list.push_back(shared->locator(own_port + 1));
-    Guard guard_of_shared = guard;
-    guard_of_shared.shared_memory = shared;
-    qos.transport().user_transports.push_back(guarded(SharedMemory::transport(), std::move(guard_of_shared)));
+    qos.transport().user_transports.push_back(guarded(shared, guard));
   }
   fill_common(reach, std::move(guard), &qos);
   return qos;
@@ -217,7 +215,7 @@ DomainParticipantQos discovery_server_qos(std::uint16_t port, const TransportOpt
   builtin.discovery_config.discoveryProtocol = eprosima::fastrtps::rtps::DiscoveryProtocol_t::SERVER;
   builtin.metatrafficUnicastLocatorList.push_back(udp_locator(port));
   builtin.mutation_tries = 0;
-  fill_common(reach, {transport.on_packets_dropped, {}, nullptr, false}, &qos);
+  fill_common(reach, {transport.on_packets_dropped, {}, false}, &qos);
   return qos;
 }
 

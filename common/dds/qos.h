@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
@@ -14,8 +15,11 @@
 /// what it is. Inside common/dds only.
 namespace gatefield::dds {
 
-/// UDP in packets that fit an Ethernet frame, large socket buffers, quick discovery and a short lease; peers, interfaces
-/// and discovery servers as told.
+/// A participant that says nothing for so long is given up.
+inline constexpr std::chrono::milliseconds kLease{3000};
+
+/// UDP in packets that fit an Ethernet frame, large socket buffers, quick discovery and a short lease; peers,
+/// interfaces and discovery servers as told.
 ///
 /// Shared memory only when asked for (decision 0046): for samples alone, beside UDP, and watched
 /// (SharedMemory).

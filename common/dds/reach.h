@@ -30,8 +30,8 @@ struct Reach {
 };
 
 /// Looks names up, once: hosts by the system's resolver, interfaces among those of this host. Where no discovery server
-/// is named, those of ROS_DISCOVERY_SERVER are taken, "10.0.0.7:11811;10.0.0.8": Fast DDS would take them by itself, and
-/// ignore what it can't read.
+/// is named, those of ROS_DISCOVERY_SERVER are taken, "10.0.0.7:11811;10.0.0.8": Fast DDS would take them by itself,
+/// and ignore what it can't read.
 /// Errors: those of validate(), and kUnknownName for a host that has no IPv4 address or an interface that isn't there.
 /// Thread-safe: yes.   Real-time safe: no (may wait for a name server for as long as the system is set to).
 Result<Reach> resolve(const NetworkOptions& options);

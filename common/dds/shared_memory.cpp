@@ -1,8 +1,6 @@
 #include "common/dds/shared_memory.h"
 
-#include <fastdds/rtps/common/LocatorList.hpp>
 #include <fastdds/rtps/network/SenderResource.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -10,6 +8,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fastdds/rtps/common/LocatorList.hpp>
 #include <random>
 #include <string>
 
@@ -20,8 +19,8 @@ using namespace std::chrono_literals;
 namespace rtps = eprosima::fastdds::rtps;
 using eprosima::fastrtps::rtps::Locator_t;
 
-constexpr std::uint32_t kSegment_bytes = 8 << 20;    // some depth frames under way
-constexpr std::uint32_t kQueue = 8192;               // datagrams, of which a frame of 640 x 480 has 900
+constexpr std::uint32_t kSegment_bytes = 8 << 20;  // some depth frames under way
+constexpr std::uint32_t kQueue = 8192;             // datagrams, of which a frame of 640 x 480 has 900
 constexpr std::uint32_t kCallerSegment_bytes = 65536;
 constexpr auto kCallEvery = 200ms;
 constexpr auto kDeafAfter = 3s;
@@ -33,7 +32,8 @@ std::array<std::uint8_t, 8> place_here() {
   struct stat folder {};
   stat("/dev/shm", &folder);
   const std::uint64_t place = (static_cast<std::uint64_t>(folder.st_dev) << 32) ^
-                              (static_cast<std::uint64_t>(folder.st_ino) << 24) ^ geteuid() ^ 0x47'46'00'00'00'00'00'01U;
+                              (static_cast<std::uint64_t>(folder.st_ino) << 24) ^ geteuid() ^
+                              0x47'46'00'00'00'00'00'01U;
   std::array<std::uint8_t, 8> bytes{};
   std::memcpy(bytes.data(), &place, bytes.size());
   return bytes;
@@ -67,7 +67,7 @@ SharedMemory::~SharedMemory() {
   if (thread_.joinable()) thread_.join();
 }
 
-std::shared_ptr<rtps::TransportDescriptorInterface> SharedMemory::transport() { return descriptor(kSegment_bytes); }
+std::shared_ptr<rtps::SharedMemTransportDescriptor> SharedMemory::transport() { return descriptor(kSegment_bytes); }
 
 Locator_t SharedMemory::locator(std::uint32_t port) const {
   rtps::LocatorList list;
@@ -140,7 +140,9 @@ bool unlocked(const std::filesystem::path& lock_file) {
   return free;
 }
 
-bool all_of(const std::string& text, const char* letters) { return text.find_first_not_of(letters) == std::string::npos; }
+bool all_of(const std::string& text, const char* letters) {
+  return text.find_first_not_of(letters) == std::string::npos;
+}
 
 /// "fastrtps_0123456789abcdef" of a segment, "fastrtps_port7411" of a port; empty: none of them.
 std::string resource_of(const std::string& name) {

@@ -2,6 +2,7 @@
 
 #include <fastdds/rtps/common/Locator.h>
 #include <fastdds/rtps/transport/TransportInterface.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 
 #include <array>
 #include <atomic>
@@ -19,9 +20,9 @@
 /// Inside common/dds only.
 namespace gatefield::dds {
 
-/// Shared memory of one participant, watched. In Fast DDS 2.9.1 a datagram whose sender died before it was read stays at
-/// the head of the receiver's queue for ever, and nothing that comes after it is heard. So this calls the participant's
-/// own ports several times a second, from a segment of its own, and says so when it no longer hears that.
+/// Shared memory of one participant, watched. In Fast DDS 2.9.1 a datagram whose sender died before it was read stays
+/// at the head of the receiver's queue for ever, and nothing that comes after it is heard. So this calls the
+/// participant's own ports several times a second, from a segment of its own, and says so when it no longer hears that.
 ///
 /// Locators that are announced carry in bytes that the library leaves alone which /dev/shm and which user they are of:
 /// who has another one is not reached, and takes UDP.
@@ -35,7 +36,7 @@ class SharedMemory {
   SharedMemory& operator=(const SharedMemory&) = delete;
 
   /// What the participant sends and listens with.
-  static std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> transport();
+  static std::shared_ptr<eprosima::fastdds::rtps::SharedMemTransportDescriptor> transport();
   /// Where a participant listens, to be announced.
   eprosima::fastrtps::rtps::Locator_t locator(std::uint32_t port) const;
 

@@ -24,8 +24,8 @@ class Networks : public ::testing::Test {
     return host.run((kPrograms / "gatefield-server").string(), arguments, programs_.file(log));
   }
   Process client(const NetworkSpace& host, const std::vector<std::string>& extra) const {
-    std::vector<std::string> arguments{"--domain", programs_.domain(), "--width", "320", "--height", "180",
-                                       "--rate",   "30"};
+    std::vector<std::string> arguments{"--domain", programs_.domain(), "--width", "320", "--height",
+                                       "180",      "--rate",           "30"};
     arguments.insert(arguments.end(), extra.begin(), extra.end());
     return host.run(CAMERA_PROGRAM, arguments, programs_.file("client.log"));
   }
@@ -103,6 +103,39 @@ TEST_F(Networks, AnInterfaceThatIsNotThereIsNamedBesideThoseThatAre) {
   EXPECT_NE(planner.output().find("network.interfaces is 'eth7', expected one with an IPv4 address: lo 127.0.0.1"),
             std::string::npos)
       << planner.output();
+}
+
+/// A program of ours with variables in its environment.
+Process in_environment(std::vector<std::string> variables, const std::string& program,
+                       const std::vector<std::string>& arguments, const std::filesystem::path& log) {
+  variables.push_back(program);
+  variables.insert(variables.end(), arguments.begin(), arguments.end());
+  return Process("/usr/bin/env", variables, log);
+}
+
+TEST(Surroundings, ProfilesAreNamedAndNotHeededAndADiscoveryServerIsTaken) {
+  Programs programs("surroundings");
+  const std::string port = std::to_string(20000 + own_domain());
+  auto arguments = programs.server_arguments();
+  arguments.insert(arguments.end(), {"--discovery-listen", port});
+  Process planner = in_environment({"FASTRTPS_DEFAULT_PROFILES_FILE=/nowhere/profiles.xml", "FASTDDS_STATISTICS=ALL"},
+                                   (kPrograms / "gatefield-server").string(), arguments, programs.file("server.log"));
+  ASSERT_TRUE(planner.wait_for_output("ready: server", 60s)) << planner.output();
+  const std::string said = planner.output();
+  EXPECT_NE(said.find("FASTRTPS_DEFAULT_PROFILES_FILE is set (/nowhere/profiles.xml) and not read"), std::string::npos)
+      << said;
+  EXPECT_NE(said.find("FASTDDS_STATISTICS is set (ALL) and not heeded"), std::string::npos) << said;
+
+  const std::vector<std::string> camera{"--domain", programs.domain(), "--width", "160",    "--height",
+                                        "90",       "--seconds",       "1",       "--wait", "20"};
+  Process client =
+      in_environment({"ROS_DISCOVERY_SERVER=127.0.0.1:" + port}, CAMERA_PROGRAM, camera, programs.file("client.log"));
+  EXPECT_EQ(client.wait(60s).value_or(-1), 0) << client.output() << planner.output();
+  Process broken =
+      in_environment({"ROS_DISCOVERY_SERVER=udp://pit"}, CAMERA_PROGRAM, camera, programs.file("broken.log"));
+  EXPECT_EQ(broken.wait(60s).value_or(-1), 3);
+  EXPECT_NE(broken.output().find("ROS_DISCOVERY_SERVER is 'udp://pit', expected HOST or HOST:PORT"), std::string::npos)
+      << broken.output();
 }
 
 }  // namespace

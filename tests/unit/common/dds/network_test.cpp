@@ -43,8 +43,8 @@ TEST(Network, PeersAreHostsWithNumbersOfParticipants) {
 }
 
 TEST(Network, PeersThatAreNoneAreRefusedWithTheirFieldAndASentence) {
-  for (const char* bad : {"", ":", "10.0.0.7:", "10.0.0.7:5-4", "10.0.0.7:0-119", "10.0.0.7:-1", "a b", "10.0.0.7:1-2-3",
-                          "udp://10.0.0.7", "fe80::1", "10.0.0.7;rm"}) {
+  for (const char* bad : {"", ":", "10.0.0.7:", "10.0.0.7:5-4", "10.0.0.7:0-119", "10.0.0.7:-1", "a b",
+                          "10.0.0.7:1-2-3", "udp://10.0.0.7", "fe80::1", "10.0.0.7;rm"}) {
     const Status status = validate(with_peer(bad));
     ASSERT_FALSE(status.ok()) << bad;
     EXPECT_EQ(status.failure().code, ErrorCode::kInvalid);

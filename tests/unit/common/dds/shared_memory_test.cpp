@@ -46,7 +46,8 @@ TEST_F(Segments, OfTheDeadAreRemovedAndThoseOfTheLivingStay) {
 }
 
 TEST_F(Segments, FilesOfOthersStay) {
-  for (const char* name : {"fastrtps_notes", "fastrtps_port", "fastrtps_portx", "sem.other", "fastrtps_0123"}) put(name);
+  for (const char* name : {"fastrtps_notes", "fastrtps_port", "fastrtps_portx", "sem.other", "fastrtps_0123"})
+    put(name);
   EXPECT_EQ(remove_dead_segments(folder_), 0);
 }
 

@@ -139,9 +139,9 @@ template <std::size_t... kBytes>
 struct Layout {};
 template <typename... Interface>
 using LayoutOf = Layout<sizeof(Interface)..., alignof(Interface)...>;
-using ClientLayout =
-    LayoutOf<Options, QuadrotorModel, Actuation, CameraModel, Course, QuadrotorState, Setpoint, ProblemChange,
-             LinkStatistics, dds::NetworkOptions, protocol::SessionReply, protocol::ThrustRateCommand, protocol::Telemetry, Error>;
+using ClientLayout = LayoutOf<Options, QuadrotorModel, Actuation, CameraModel, Course, QuadrotorState, Setpoint,
+                              ProblemChange, LinkStatistics, dds::NetworkOptions, protocol::SessionReply,
+                              protocol::ThrustRateCommand, protocol::Telemetry, Error>;
 
 /// What connect() is. Its symbol carries the layout: a program that lays the interface out in another way than the
 /// library was compiled with (_GLIBCXX_DEBUG and such; -march and Eigen's alignment make no difference)
