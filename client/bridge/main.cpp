@@ -23,6 +23,7 @@
 #include "client/flight/supervision.h"
 #include "common/base/logging.h"
 #include "common/base/text.h"
+#include "common/dds/environment.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::bridge {
@@ -140,7 +141,8 @@ int fly(const BridgeConfig& config, const Opened& opened, sources::Source* sourc
   Vehicle& vehicle = *opened.vehicle;
   auto joined = connect(config.session, &vehicle, clock);
   if (!joined) return kExitLanded;
-  if (!*joined) return complain(joined->error(), kExitNoServer);
+  if (!*joined)
+    return complain(joined->error(), dds::is_about_security(joined->failure()) ? kExitBadInput : kExitNoServer);
   const std::unique_ptr<sdk::Client> client = std::move(*joined).value();
   log::info("joined a session as " + config.session.vehicle);
 
@@ -170,7 +172,7 @@ int fly(const BridgeConfig& config, const Opened& opened, sources::Source* sourc
 Result<std::unique_ptr<sources::Source>> open_source(const BridgeConfig& config, const Clock& clock) {
   if (!config.sources.states && !config.sources.depth) return std::unique_ptr<sources::Source>();
   return sources::Source::open(config.sources, config.session.camera, config.session.domain, config.session.vehicle,
-                               clock);
+                               clock, config.session.network);
 }
 
 int check_motors(const BridgeConfig& config, const betaflight::Options& options) {
@@ -197,6 +199,7 @@ int run(const Arguments& a) {
   auto config = load_config(a.config, a.firmware, !a.check && !a.check_motors);
   if (!config) return complain(config.error(), kExitBadInput);
   for (const std::string& note : config->notes) log::warn(note);
+  for (const std::string& sentence : dds::settle_environment(config->session.network)) log::warn(sentence);
 
   if (a.check_motors) {
     if (const auto* options = std::get_if<betaflight::Options>(&config->firmware))

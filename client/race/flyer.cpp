@@ -82,6 +82,7 @@ Result<std::vector<std::string>> ServerFlyer::server_arguments(const Trial& tria
                                       {"--isa", options_.isa},
                                       {"--trace", options_.traces.string()}})
     if (!value.empty()) arguments.insert(arguments.end(), {option, value});
+  arguments.insert(arguments.end(), options_.network_words.begin(), options_.network_words.end());
   if (cell.rollouts && !options_.traces.empty()) arguments.emplace_back("--trace-rollouts");
   return arguments;
 }
@@ -135,6 +136,7 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
   scenario.planner_seed = trial.seed_of_planner();
   sdk::Options link = simulator::session_options(scenario, protocol::Timing::kLockstep);
   link.domain = domain_;
+  link.network = options_.network;
   link.server = server_name_;
   link.vehicle = "race-" + host_name() + "-" + std::to_string(getpid()) + "-" + std::to_string(worker_) + "-" +
                  std::to_string(++flights_);

@@ -9,6 +9,7 @@
 
 #include "client/race/server_process.h"
 #include "client/race/trial_result.h"
+#include "common/dds/network.h"
 
 namespace gatefield::race {
 
@@ -42,14 +43,16 @@ struct ServerOptions {
   std::string program = "gatefield-server";
   /// gatefield-baseline-server, for cells whose perception is not the learned field.
   std::string baseline_program = "gatefield-baseline-server";
-  std::filesystem::path profiles;         ///< folder
-  std::filesystem::path cells;            ///< folder of <cell>.txt scenarios, as save_campaign() leaves it
-  std::filesystem::path traces;           ///< folder for what planners believe, while they fly; empty: not recorded
-  std::filesystem::path logs;             ///< folder
-  std::string name;                       ///< of a server on the network; empty: each worker starts its own
-  std::uint32_t domain = 0;               ///< where that one is
-  std::string isa;                        ///< told to servers of our own; empty: theirs to choose
-  std::chrono::seconds answer_limit{20};  ///< wall clock, for one control step
+  std::filesystem::path profiles;          ///< folder
+  std::filesystem::path cells;             ///< folder of <cell>.txt scenarios, as save_campaign() leaves it
+  std::filesystem::path traces;            ///< folder for what planners believe, while they fly; empty: not recorded
+  std::filesystem::path logs;              ///< folder
+  std::string name;                        ///< of a server on the network; empty: each worker starts its own
+  std::uint32_t domain = 0;                ///< where that one is
+  dds::NetworkOptions network;             ///< of the clients
+  std::vector<std::string> network_words;  ///< the same for servers of our own: words of their command line
+  std::string isa;                         ///< told to servers of our own; empty: theirs to choose
+  std::chrono::seconds answer_limit{20};   ///< wall clock, for one control step
 };
 
 /// The folder of a model: as given when it is one, else the shipped one of that name.

@@ -11,6 +11,7 @@
 #include "client/race/report.h"
 #include "common/base/logging.h"
 #include "common/base/progress_line.h"
+#include "common/dds/environment.h"
 
 namespace gatefield::race {
 namespace {
@@ -122,6 +123,8 @@ int main(int argc, char** argv) {
   gatefield::log::start("gatefield-race", "warn");
   if (app.got_subcommand("merge")) return merge(arguments);
   if (app.got_subcommand("report")) return report(arguments.out);
+  for (const std::string& sentence : gatefield::dds::settle_environment(arguments.network))
+    gatefield::log::warn(sentence);
   if (app.got_subcommand("paper")) {
     arguments.campaign = "paper";
     if (arguments.out.empty()) arguments.out = "out/paper";

@@ -8,6 +8,7 @@
 #include "client/race/single_cell.h"
 #include "common/config/locate.h"
 #include "common/config/vehicle.h"
+#include "common/dds/network_arguments.h"
 
 namespace gatefield::race {
 namespace {
@@ -54,6 +55,7 @@ void declare_run(CLI::App* app, Arguments* a, bool out_required) {
       ->check(CLI::Range(0, 232))
       ->capture_default_str()
       ->group("Server");
+  dds::add_network_options(app, &a->network);
   app->add_option("--server-program", a->server_program,
                   "gatefield-server to start (default: the one beside this program)")
       ->type_name("FILE")
@@ -103,6 +105,11 @@ Result<RunRequest> request_of(const Arguments& a) {
   request.server.traces = request.folder / "traces";
   request.server.name = a.server;
   request.server.domain = a.domain;
+  if (!a.network.security.empty())
+    return Error::invalid("--security", a.network.security,
+                          "none: each flight has a name of its own, in a domain of this host's own");
+  request.server.network = a.network;
+  request.server.network_words = dds::network_arguments(a.network);
   request.server.isa = a.isa;
   request.server.logs = request.folder / "logs";
   request.server.profiles = a.profiles;

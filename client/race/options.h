@@ -9,6 +9,7 @@
 #include "client/race/campaign.h"
 #include "client/race/campaign_run.h"
 #include "common/base/result.h"
+#include "common/dds/network.h"
 
 /// What a person asks gatefield-race for on its command line.
 namespace gatefield::race {
@@ -16,6 +17,7 @@ namespace gatefield::race {
 struct Arguments {
   std::string campaign, out, shard, seeds, server, server_program, profiles, isa;
   std::uint32_t domain = 0;
+  dds::NetworkOptions network;
   int workers = 0, paths = 10, pictures = 3, attempts = 3;
   std::size_t limit = 0;
   std::optional<std::uint64_t> planner_seed;

@@ -76,6 +76,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   Status join(const std::atomic<bool>* cancel) {
     if (auto good = protocol::validate(request(logic_.request())); !good) return good;
     dds::TransportOptions transport;
+    transport.network = options_.network;
     transport.on_packets_dropped = [this](const dds::DroppedPackets& dropped) {
       packets_dropped_.fetch_add(dropped.count, std::memory_order_relaxed);
     };

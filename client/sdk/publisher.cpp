@@ -17,9 +17,9 @@ class RosSpeaker final : public Publisher {
   explicit RosSpeaker(PublisherOptions options) : options_(std::move(options)) {}
 
   Status open() {
-    auto opened =
-        dds::RosPublisher::open(options_.domain, options_.name,
-                                {.odometry = options_.odometry, .pose = options_.pose, .image = options_.depth});
+    auto opened = dds::RosPublisher::open(
+        options_.domain, options_.name, {.odometry = options_.odometry, .pose = options_.pose, .image = options_.depth},
+        options_.network);
     if (!opened) return opened.failure();
     publisher_ = std::move(opened).value();
     return {};

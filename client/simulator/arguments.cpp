@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "common/config/locate.h"
+#include "common/dds/network_arguments.h"
 #include "common/protocol/validate.h"
 
 namespace gatefield::simulator {
@@ -109,6 +110,7 @@ void declare(CLI::App* app, Arguments* a) {
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str()
       ->group("Server");
+  dds::add_network_options(app, &a->network);
 
   auto* lockstep = app->add_flag("--lockstep", a->lockstep,
                                  "Simulated time, as fast as the machine can; same seed, same race (default)");
@@ -260,6 +262,7 @@ Result<sdk::Options> link_options(const Arguments& a, const config::Scenario& sc
   if (auto status = protocol::validate_name("--name", a.name); !status) return status.failure();
   sdk::Options link = session_options(scenario, race_options(a).timing);
   link.domain = a.domain;
+  link.network = a.network;
   link.vehicle = a.name;
   link.server = a.server;
   link.profile = a.profile;

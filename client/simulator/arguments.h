@@ -8,6 +8,7 @@
 #include "client/simulator/simulation.h"
 #include "common/base/result.h"
 #include "common/config/scenario.h"
+#include "common/dds/network.h"
 #include "gatefield/sdk/client.h"
 
 /// What a person asks gatefield-sim for, and what that means. Thread-safe: yes.   Real-time safe: no.
@@ -24,6 +25,7 @@ struct Arguments {
   std::string profile = "race";
   std::string name = "drone", server;
   std::uint32_t domain = 0;
+  dds::NetworkOptions network;
   bool lockstep = false, real_time = false, depth_metres = false, quiet = false;
   double delay_ms = 0.0, jitter_ms = 0.0, loss = 0.0;
   double state_rate_hz = 200.0;

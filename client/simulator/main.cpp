@@ -11,6 +11,7 @@
 #include "client/simulator/outputs.h"
 #include "client/simulator/simulation.h"
 #include "common/base/logging.h"
+#include "common/dds/environment.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::simulator {
@@ -66,6 +67,7 @@ int run(const Arguments& a) {
   if (!link) return complain(link.error(), kExitBadInput);
   if (auto status = check_outputs(a); !status) return complain(status.error(), kExitBadInput);
   auto client = sdk::Client::connect(*link, &stop_requested);
+  if (!client && dds::is_about_security(client.failure())) return complain(client.error(), kExitBadInput);
   if (!client) return complain(client.error(), stop_requested ? kExitWon : kExitNoServer);
 
   LapLine line(a.quiet);
@@ -104,5 +106,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kExitWon : kExitBadInput;
   }
   gatefield::log::start("gatefield-sim", arguments.log_level);
+  for (const std::string& sentence : gatefield::dds::settle_environment(arguments.network))
+    gatefield::log::warn(sentence);
   return run(arguments);
 }

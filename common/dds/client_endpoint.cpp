@@ -1,5 +1,7 @@
 #include "common/dds/client_endpoint.h"
 
+#include <optional>
+
 #include "common/dds/convert.h"
 #include "common/dds/participant.h"
 #include "common/dds/reader.h"
@@ -21,8 +23,10 @@ class Endpoint final : public ClientEndpoint {
   Endpoint(std::string vehicle, ClientHandler* handler) : vehicle_(std::move(vehicle)), handler_(handler) {}
 
   Status open(std::uint32_t domain, const TransportOptions& transport) {
-    auto participant = Participant::open(domain, "gatefield-client " + vehicle_, "gatefield-client:" + vehicle_,
-                                         transport, [](const PeerEvent&) {});
+    if (auto s = read_security(transport.network.security); !s) return s;
+    auto participant = Participant::open(
+        domain, "gatefield-client " + vehicle_, "gatefield-client:" + vehicle_, transport, [](const PeerEvent&) {}, {},
+        {}, credentials_ ? &*credentials_ : nullptr);
     if (auto s = keep(std::move(participant), &participant_); !s) return s;
 
     const auto unreadable = [this](Topic topic) {
@@ -36,13 +40,14 @@ class Endpoint final : public ClientEndpoint {
     const auto ours = [this](std::string_view vehicle, const ParticipantId& from, std::size_t) {
       return vehicle == vehicle_ && handler_->hears(from);
     };
-    ReplyReader::Callbacks on_reply{[this](wire::SessionReply* sample, const Origin& origin) {
-                                      receive<protocol::SessionReply>(
-                                          Topic::kSessionReply, *sample, &reply_,
-                                          [&](const auto& reply) { handler_->on_reply(reply, origin.participant); });
-                                    },
-                                    nullptr, unreadable(Topic::kSessionReply), own};
-    if (auto s = keep(ReplyReader::open(participant_.get(), Topic::kSessionReply, on_reply), &replies_); !s) return s;
+    ReplyReader::Callbacks on_reply_sample{[this](wire::SessionReply* sample, const Origin& origin) {
+                                             receive<protocol::SessionReply>(
+                                                 Topic::kSessionReply, *sample, &reply_,
+                                                 [&](const auto& reply) { on_reply(reply, origin.participant); });
+                                           },
+                                           nullptr, unreadable(Topic::kSessionReply), own};
+    if (auto s = keep(ReplyReader::open(participant_.get(), Topic::kSessionReply, on_reply_sample), &replies_); !s)
+      return s;
     CommandReader::Callbacks on_command{[this](wire::ThrustRateCommand* sample, const Origin&) {
                                           receive<protocol::ThrustRateCommand>(
                                               Topic::kCommand, *sample, &command_,
@@ -103,6 +108,20 @@ class Endpoint final : public ClientEndpoint {
   }
 
  private:
+  Status read_security(const std::string& folder) {
+    if (folder.empty()) return {};
+    auto read = read_credentials(folder, {Role::kVehicle, vehicle_});
+    if (!read) return read.failure().within("", "network.");
+    credentials_ = std::move(read).value();
+    return {};
+  }
+
+  void on_reply(const protocol::SessionReply& reply, const ParticipantId& from) {
+    if (!credentials_ || bears(from, mark_of({Role::kServer, reply.server}))) return handler_->on_reply(reply, from);
+    handler_->on_rejected(Topic::kSessionReply,
+                          "server is \"" + reply.server + "\", expected the name that its certificate has");
+  }
+
   Status is_own(const std::string& vehicle) const {
     if (vehicle == vehicle_) return {};
     return Error{"vehicle is \"" + vehicle + "\", expected \"" + vehicle_ + "\", the name this endpoint was made for"};
@@ -119,6 +138,7 @@ class Endpoint final : public ClientEndpoint {
 
   const std::string vehicle_;
   ClientHandler* const handler_;
+  std::optional<Credentials> credentials_;  // of a domain that is closed to strangers
   std::unique_ptr<Participant> participant_;
 
   // Each used by the callbacks of one reader only, which take turns.

@@ -56,6 +56,8 @@ std::string_view sentence(SampleFault fault) noexcept {
       return "another participant has that session or number, or nobody";
     case SampleFault::kTooManyNames:
       return "it asks for more vehicles than one participant may, or all together";
+    case SampleFault::kNotItsName:
+      return "its certificate is another vehicle's";
     case SampleFault::kTooOften:
       return "it sends more than one participant may";
   }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 
+#include "common/dds/network.h"
 #include "common/dds/packet_check.h"
 #include "common/dds/participant_id.h"
 #include "common/dds/sample_fault.h"
@@ -46,11 +47,14 @@ struct DroppedSamples {
 std::string in_words(const DroppedSamples& dropped);
 
 struct TransportOptions {
+  NetworkOptions network;
   /// Depth frames kept for repair. 2 suits a LAN; take 8 when the round trip is longer than 10 ms.
   int depth_history = 2;
   /// Told of dropped packets, at most once a second; the last ones before the network falls silent may stay untold.
   /// Called on a thread of the middleware. May be empty.
   std::function<void(const DroppedPackets&)> on_packets_dropped;
+  /// Called once when shared memory no longer brings anything, on a thread of its own: join anew.
+  std::function<void()> on_deaf;
   /// Servers: as on_packets_dropped, of samples.
   std::function<void(const DroppedSamples&)> on_samples_dropped;
 };

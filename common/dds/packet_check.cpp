@@ -4,98 +4,16 @@
 #include <array>
 #include <cstring>
 
+#include "common/dds/packet_fields.h"
+#include "common/dds/token_check.h"
+
 namespace gatefield::dds {
 namespace {
 
-using Bytes = std::span<const std::uint8_t>;
-
-constexpr std::size_t kHeader_bytes = 20, kSubmessageHeader_bytes = 4;
 constexpr std::array<std::uint8_t, 2> kEprosima{0x01, 0x0f};
 constexpr std::size_t kStatistics_bytes = 56;
-constexpr std::uint32_t kMaxBits = 256;
-
-// Kinds of submessages (9.4.5.1.1).
-constexpr std::uint8_t kPad = 0x01, kAckNack = 0x06, kHeartbeat = 0x07, kGap = 0x08, kInfoTimestamp = 0x09,
-                       kInfoSource = 0x0c, kInfoDestination = 0x0e, kNackFrag = 0x12, kHeartbeatFrag = 0x13,
-                       kData = 0x15, kDataFrag = 0x16, kStatistics = 0x80;
-// Flags.
-constexpr std::uint8_t kLittleEndian = 1, kInlineQos = 2, kDataFlag = 4, kKeyFlag = 8, kFragKeyFlag = 4,
-                       kNoTimestamp = 2;
-// Parameters (9.6.2.2.2).
-constexpr std::uint16_t kSentinel = 1, kContentFilterInfo = 0x55, kStatusInfo = 0x71;
-constexpr std::uint8_t kDisposedOrUnregistered = 3;  // of the status, in its last byte
-
-/// Fields one after the other, in the byte order of their submessage. Beyond the end all is 0, and ok() is false.
-class Fields {
- public:
-  Fields(Bytes bytes, bool little_endian) : bytes_(bytes), little_endian_(little_endian) {}
-
-  bool ok() const noexcept { return ok_; }
-  std::size_t position() const noexcept { return position_; }
-  std::size_t left() const noexcept { return ok_ ? bytes_.size() - position_ : 0; }
-  void skip(std::size_t bytes) noexcept {
-    if (bytes > left()) {
-      ok_ = false;
-      return;
-    }
-    position_ += bytes;
-  }
-  std::uint16_t u16() noexcept { return static_cast<std::uint16_t>(number(2)); }
-  std::uint32_t u32() noexcept { return number(4); }
-  /// The high word comes first, in either byte order (9.4.2.5).
-  std::int64_t sequence() noexcept {
-    const auto high = static_cast<std::int32_t>(u32());
-    const std::uint32_t low = u32();
-    return static_cast<std::int64_t>(high) * (std::int64_t{1} << 32) + static_cast<std::int64_t>(low);
-  }
-  /// A set's bits after its base: how many there are, at most kMaxBits, with as many words as they take.
-  bool bits() noexcept {
-    const std::uint32_t count = u32();
-    if (count > kMaxBits) return false;
-    skip(std::size_t{4} * ((count + 31) / 32));
-    return true;
-  }
-  Bytes rest() const noexcept { return bytes_.subspan(std::min(position_, bytes_.size())); }
-
- private:
-  std::uint32_t number(std::size_t bytes) noexcept {
-    if (bytes > left()) {
-      ok_ = false;
-      return 0;
-    }
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < bytes; ++i) {
-      const std::size_t shift = 8 * (little_endian_ ? i : bytes - 1 - i);
-      value |= std::uint32_t{bytes_[position_ + i]} << shift;
-    }
-    position_ += bytes;
-    return value;
-  }
-
-  Bytes bytes_;
-  bool little_endian_;
-  bool ok_ = true;
-  std::size_t position_ = 0;
-};
 
 bool is_sequence(std::int64_t number) noexcept { return number >= 1 && number <= kMaxSequence; }
-
-/// Goes behind the sentinel of a list of parameters (9.4.2.11). @return false: it has none
-/// @param see  called with each parameter's number and value
-template <typename See>
-bool skip_parameters(Fields* list, See&& see) noexcept {
-  while (true) {
-    const std::uint16_t id = list->u16(), bytes = list->u16();
-    if (!list->ok()) return false;
-    if (id == kSentinel) return true;
-    if (bytes % 4 != 0 || bytes > list->left()) return false;
-    see(id, list->rest().first(bytes));
-    list->skip(bytes);
-  }
-}
-bool skip_parameters(Fields* list) noexcept {
-  return skip_parameters(list, [](std::uint16_t, Bytes) {});
-}
 
 /// Goes behind inline QoS. @param ends  whether it says that an instance is disposed of or unregistered
 PacketFault check_inline_qos(Fields* list, bool* ends) noexcept {
@@ -119,8 +37,15 @@ PacketFault check_discovery(Bytes payload) noexcept {
   if (payload.size() < 4) return PacketFault::kTooShort;
   const std::uint16_t encapsulation = static_cast<std::uint16_t>(payload[0] << 8 | payload[1]);
   if (encapsulation != 2 && encapsulation != 3) return PacketFault::kNone;
-  Fields list(payload.subspan(4), encapsulation == 3);
-  return skip_parameters(&list) ? PacketFault::kNone : PacketFault::kParameters;
+  const bool little_endian = encapsulation == 3;
+  Fields list(payload.subspan(4), little_endian);
+  bool tokens = true;
+  const bool whole = skip_parameters(&list, [&](std::uint16_t id, Bytes value) {
+    // The library makes room for as many properties as a token says, whether security is on or not.
+    if (id == kIdentityToken || id == kPermissionsToken) tokens &= check_token(value, little_endian);
+  });
+  if (!whole) return PacketFault::kParameters;
+  return tokens ? PacketFault::kNone : PacketFault::kToken;
 }
 
 PacketFault check_data(Bytes body, std::uint8_t flags) noexcept {
@@ -143,8 +68,10 @@ PacketFault check_data(Bytes body, std::uint8_t flags) noexcept {
   if ((flags & kDataFlag) == 0 && !ends) return PacketFault::kKey;
   if ((flags & (kDataFlag | kKeyFlag)) == 0) return PacketFault::kNone;
   if (fields.left() < 4) return PacketFault::kTooShort;
-  return (flags & kDataFlag) != 0 && is_builtin(writer, little_endian) ? check_discovery(fields.rest())
-                                                                       : PacketFault::kNone;
+  if ((flags & kDataFlag) == 0 || !is_builtin(writer, little_endian)) return PacketFault::kNone;
+  if (entity_at(body, 8) == kHandshakes)
+    return check_handshake(fields.rest()) ? PacketFault::kNone : PacketFault::kToken;
+  return check_discovery(fields.rest());
 }
 
 /// @param largest  becomes the sample's size where that is more, unless it is one of discovery
@@ -230,11 +157,11 @@ bool is_of(Bytes body, Bytes participant) noexcept {
   return std::equal(participant.begin(), participant.end(), body.begin() + 8);
 }
 
-/// @param said         the length in the submessage's header
 /// @param participant  the datagram's
-PacketFault check_submessage(std::uint8_t id, std::uint8_t flags, Bytes body, std::size_t said, Bytes participant,
+PacketFault check_submessage(const Submessage& submessage, Bytes participant,
                              std::uint32_t* fragmented_bytes) noexcept {
-  const Fields fields(body, (flags & kLittleEndian) != 0);
+  const auto& [id, flags, said, body] = submessage;
+  const Fields fields = submessage.fields();
   switch (id) {
     case kData:
       return check_data(body, flags);
@@ -275,22 +202,15 @@ PacketVerdict check_packet(Bytes datagram) noexcept {
   std::uint32_t fragmented_bytes = 0;
   std::size_t at = kHeader_bytes;
   while (at < datagram.size()) {
-    if (datagram.size() - at < kSubmessageHeader_bytes) return wrong(PacketFault::kCut);
-    const std::uint8_t id = datagram[at], flags = datagram[at + 1];
-    Fields header(datagram.subspan(at + 2, 2), (flags & kLittleEndian) != 0);
-    const std::size_t said = header.u16();
-    const std::size_t begin = at + kSubmessageHeader_bytes, left = datagram.size() - begin;
-    // A length of 0 reaches to the datagram's end, but for the two kinds that may be empty (9.4.5.1.3).
-    const std::size_t length = said == 0 && id != kInfoTimestamp && id != kPad ? left : said;
-    // The library goes on at the next multiple of 4; only the last may end elsewhere.
-    if (length > left || (length < left && length % 4 != 0)) return wrong(PacketFault::kCut, id);
-    if (id == kStatistics && eprosima)
-      return said == kStatistics_bytes && length == left ? PacketVerdict{PacketFault::kNone, 0, at, fragmented_bytes}
-                                                         : wrong(PacketFault::kVendor, id);
-    const PacketFault fault =
-        check_submessage(id, flags, datagram.subspan(begin, length), said, datagram.subspan(8, 12), &fragmented_bytes);
-    if (fault != PacketFault::kNone) return wrong(fault, id);
-    at = begin + length;
+    Submessage next;
+    const std::size_t begin = at;
+    if (!read_submessage(datagram, &at, &next)) return wrong(PacketFault::kCut, next.id);
+    if (next.id == kStatistics && eprosima)
+      return next.said == kStatistics_bytes && at == datagram.size()
+                 ? PacketVerdict{PacketFault::kNone, 0, begin, fragmented_bytes}
+                 : wrong(PacketFault::kVendor, next.id);
+    const PacketFault fault = check_submessage(next, datagram.subspan(kSender_at, kSender_bytes), &fragmented_bytes);
+    if (fault != PacketFault::kNone) return wrong(fault, next.id);
   }
   return {PacketFault::kNone, 0, datagram.size(), fragmented_bytes};
 }

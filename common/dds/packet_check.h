@@ -23,10 +23,16 @@ enum class PacketFault : std::uint8_t {
   kSource,      ///< it goes on in another participant's name
   kFilter,      ///< it says what a reader's own filter would
   kKey,         ///< a key alone that disposes of nothing
-  kStranger,    ///< fragments of a large sample of somebody who has no business with one (not by the packet alone)
+  kToken,       ///< a token or handshake of DDS security that says more than it has
+  // Of a domain that is closed to strangers (ClosedDomain):
+  kUnprotected,   ///< what must be encrypted, for this receiver, and is not
+  kAnnouncement,  ///< another participant's announcement, or its goodbye, that anybody could write
+  // Not by the packet alone:
+  kUnread,    ///< the library gave up on it
+  kStranger,  ///< fragments of a large sample of somebody who has no business with one
 };
 /// How many there are, kNone included.
-inline constexpr std::size_t kPacketFaults = 14;
+inline constexpr std::size_t kPacketFaults = 18;
 /// What is wrong, for people: "a submessage is shorter than its fields".
 std::string_view sentence(PacketFault fault) noexcept;
 

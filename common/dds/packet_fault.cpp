@@ -30,6 +30,14 @@ std::string_view sentence(PacketFault fault) noexcept {
       return "it answers for the reader's filter";
     case PacketFault::kKey:
       return "a key stands alone and disposes of nothing";
+    case PacketFault::kToken:
+      return "a security token or handshake says more than it has";
+    case PacketFault::kUnprotected:
+      return "it is not encrypted for this receiver, and the domain is closed to strangers";
+    case PacketFault::kAnnouncement:
+      return "it announces a participant other than that one does itself";
+    case PacketFault::kUnread:
+      return "the DDS library could not read it";
     case PacketFault::kStranger:
       return "fragments of a large sample of somebody without a session";
   }

@@ -5,12 +5,29 @@
 #include <utility>
 
 #include "common/dds/qos.h"
+#include "common/dds/reach.h"
+#include "common/dds/shared_memory.h"
 
 namespace gatefield::dds {
 
 using namespace eprosima::fastdds::dds;
 using eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
 using eprosima::fastrtps::rtps::WriterDiscoveryInfo;
+
+namespace {
+
+/// Before anything is opened.
+Result<Reach> look_around(std::uint32_t domain, const NetworkOptions& network) {
+  if (domain > kMaxDomain)
+    return Error{"domain is " + std::to_string(domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
+  auto reach = resolve(network);
+  if (!reach) return reach.failure().within("network.", "network.");
+  if (network.shared_memory) remove_dead_segments();
+  prepare_process();
+  return reach;
+}
+
+}  // namespace
 
 ParticipantId id_of(const eprosima::fastrtps::rtps::GuidPrefix_t& prefix) noexcept {
   ParticipantId id;
@@ -22,25 +39,46 @@ Result<std::unique_ptr<Participant>> Participant::open(std::uint32_t domain, con
                                                        const std::string& user_data, const TransportOptions& transport,
                                                        std::function<void(const PeerEvent&)> on_peer,
                                                        std::function<void(const WriterEvent&)> on_writer,
-                                                       AdmitsFragments admits_fragments) {
-  if (domain > kMaxDomain)
-    return Error{"domain is " + std::to_string(domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
-  prepare_process();
+                                                       AdmitsFragments admits_fragments,
+                                                       const Credentials* credentials) {
+  const auto reach = look_around(domain, transport.network);
+  if (!reach) return reach.failure();
   std::unique_ptr<Participant> self(new Participant(transport, std::move(on_peer), std::move(on_writer)));
-  try {
-    self->participant_ = DomainParticipantFactory::get_instance()->create_participant(
-        domain, participant_qos(domain, name, user_data, transport, std::move(admits_fragments)), self.get(),
-        StatusMask::none());
-  } catch (const std::exception& problem) {
-    return Error{"the DDS participant in domain " + std::to_string(domain) +
-                 " could not be created: " + problem.what()};
-  }
-  if (self->participant_ == nullptr)
-    return Error{"the DDS participant in domain " + std::to_string(domain) +
-                 " could not be created, expected a network interface that is up (the loopback at least) and free UDP "
-                 "ports from " +
-                 std::to_string(first_port(domain)) + " on"};
+  std::string expected = "a network interface that is up (the loopback at least) and free UDP ports from " +
+                         std::to_string(first_port(domain)) + " on";
+  if (credentials != nullptr)
+    expected += ", and " + credentials->certificate.string() + " and the files beside it as gatefield-keys made them";
+  Status joined = self->join(
+      domain, participant_qos(domain, name, user_data, transport, *reach, std::move(admits_fragments), credentials),
+      expected);
+  if (!joined) return joined.failure();
+  // A library without security ignores that it was asked for.
+  if (credentials != nullptr && !bears(id_of(self->participant_->guid().guidPrefix), mark_of(credentials->identity)))
+    return Error("the DDS library did not take up security, expected Fast DDS built with its security plugins",
+                 ErrorCode::kUnsupported, "network.security");
   return self;
+}
+
+Result<std::unique_ptr<Participant>> Participant::open_discovery_server(std::uint32_t domain, std::uint16_t port,
+                                                                        const TransportOptions& transport) {
+  const auto reach = look_around(domain, transport.network);
+  if (!reach) return reach.failure();
+  std::unique_ptr<Participant> self(new Participant(transport, [](const PeerEvent&) {}, {}));
+  Status joined =
+      self->join(domain, discovery_server_qos(port, transport, *reach), "UDP port " + std::to_string(port) + " free");
+  if (!joined) return joined.failure();
+  return self;
+}
+
+Status Participant::join(std::uint32_t domain, const DomainParticipantQos& qos, const std::string& expected) {
+  const std::string what = "the DDS participant in domain " + std::to_string(domain) + " could not be created";
+  try {
+    participant_ = DomainParticipantFactory::get_instance()->create_participant(domain, qos, this, StatusMask::none());
+  } catch (const std::exception& problem) {
+    return Error{what + ": " + problem.what()};
+  }
+  if (participant_ == nullptr) return Error{what + ", expected " + expected};
+  return {};
 }
 
 Participant::~Participant() {

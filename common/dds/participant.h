@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "common/base/result.h"
+#include "common/dds/credentials.h"
 #include "common/dds/endpoint.h"
 #include "common/dds/guarded_transport.h"
 
@@ -46,11 +47,16 @@ class Participant final : private eprosima::fastdds::dds::DomainParticipantListe
  public:
   /// `on_peer` and `on_writer` run on threads of the middleware; they may be called before open() returns.
   /// @param on_writer, admits_fragments  may be empty
+  /// @param credentials  of a domain that is closed to strangers; nullptr: it is open
   static Result<std::unique_ptr<Participant>> open(std::uint32_t domain, const std::string& name,
                                                    const std::string& user_data, const TransportOptions& transport,
                                                    std::function<void(const PeerEvent&)> on_peer,
                                                    std::function<void(const WriterEvent&)> on_writer = {},
-                                                   AdmitsFragments admits_fragments = {});
+                                                   AdmitsFragments admits_fragments = {},
+                                                   const Credentials* credentials = nullptr);
+  /// A discovery server (--discovery-listen) with id 0. Errors: as open(), and a port that is taken.
+  static Result<std::unique_ptr<Participant>> open_discovery_server(std::uint32_t domain, std::uint16_t port,
+                                                                    const TransportOptions& transport);
   ~Participant() override;
 
   const TransportOptions& transport() const { return transport_; }
@@ -63,6 +69,9 @@ class Participant final : private eprosima::fastdds::dds::DomainParticipantListe
   Participant(const TransportOptions& transport, std::function<void(const PeerEvent&)> on_peer,
               std::function<void(const WriterEvent&)> on_writer)
       : transport_(transport), on_peer_(std::move(on_peer)), on_writer_(std::move(on_writer)) {}
+  /// @param expected  what its absence would explain that the middleware refuses
+  Status join(std::uint32_t domain, const eprosima::fastdds::dds::DomainParticipantQos& qos,
+              const std::string& expected);
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
   void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant* participant,

@@ -1,5 +1,6 @@
 #include "common/dds/qos.h"
 
+#include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
@@ -11,6 +12,7 @@
 
 #include "common/dds/guarded_transport.h"
 #include "common/dds/library_log.h"
+#include "common/dds/shared_memory.h"
 
 namespace gatefield::dds {
 
@@ -21,6 +23,9 @@ namespace {
 
 // What we send at most in a packet: with its headers it stays below an Ethernet frame.
 constexpr std::uint32_t kDatagram_bytes = 1400;
+// In a closed domain: what fits into four of them. The library writes a handshake, certificate and permissions included,
+// into a buffer of this size; one that it has to make larger is a byte too short for it (CDRMessage::addOctetVector).
+constexpr std::uint32_t kClosedDatagram_bytes = 5900;
 // What we take: other vendors' DDS send larger ones (Cyclone DDS up to 14720 bytes).
 constexpr std::uint32_t kLongestDatagram_bytes = 65500;
 constexpr std::uint32_t kSocketBuffer_bytes = 4 << 20;
@@ -32,7 +37,11 @@ constexpr int kMaxRequests = 1024;  // of requests, which come from those who ha
 // while the size of what is sent is asked from this function.
 class UdpInSmallPackets final : public eprosima::fastdds::rtps::UDPv4TransportDescriptor {
  public:
-  std::uint32_t max_message_size() const override { return kDatagram_bytes; }
+  explicit UdpInSmallPackets(std::uint32_t longest_bytes) : longest_bytes_(longest_bytes) {}
+  std::uint32_t max_message_size() const override { return longest_bytes_; }
+
+ private:
+  const std::uint32_t longest_bytes_;
 };
 
 /// @param address  empty: every interface of this host
@@ -102,35 +111,111 @@ void fill_foreign(Qos* qos) {
   qos->data_sharing().off();
 }
 
-}  // namespace
-
-DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name, const std::string& user_data,
-                                     const TransportOptions& transport, AdmitsFragments admits_fragments) {
-  DomainParticipantQos qos;
-  qos.name(name.c_str());
-  qos.user_data().setValue(std::vector<std::uint8_t>(user_data.begin(), user_data.end()));
-
-  auto& discovery = qos.wire_protocol().builtin.discovery_config;
-  discovery.leaseDuration = milliseconds(3000);
-  discovery.leaseDuration_announcementperiod = milliseconds(500);
-
-  // The ports of the RTPS specification for the first participant of a host; those that are taken are passed over.
-  auto& builtin = qos.wire_protocol().builtin;
+/// Found by multicast, and by calling each peer that is named.
+void find_by_calling(std::uint32_t domain, const Reach& reach, WireProtocolConfigQos* wire) {
+  auto& builtin = wire->builtin;
   const std::uint32_t base = first_port(domain);
-  builtin.metatrafficMulticastLocatorList.push_back(udp_locator(base, "239.255.0.1"));
-  builtin.metatrafficUnicastLocatorList.push_back(udp_locator(base + 10));
-  qos.wire_protocol().default_unicast_locator_list.push_back(udp_locator(base + 11));
-  builtin.mutation_tries = (kPortsPerDomain - 12) / 2;
+  const auto everybody = udp_locator(base, "239.255.0.1");
+  builtin.metatrafficMulticastLocatorList.push_back(everybody);
+  if (reach.peers.empty()) return;
+  builtin.initialPeersList.push_back(everybody);
+  for (const PeerHost& peer : reach.peers)
+    for (int number = peer.first; number <= peer.last; ++number)
+      builtin.initialPeersList.push_back(
+          udp_locator(first_own_port(domain) + 2u * static_cast<unsigned>(number), peer.address));
+}
 
-  qos.transport().use_builtin_transports = false;
-  qos.transport().send_socket_buffer_size = kSocketBuffer_bytes;
-  qos.transport().listen_socket_buffer_size = kSocketBuffer_bytes;
-  auto udp = std::make_shared<UdpInSmallPackets>();
+/// Found through discovery servers alone.
+void find_by_asking(const Reach& reach, WireProtocolConfigQos* wire) {
+  auto& discovery = wire->builtin.discovery_config;
+  discovery.discoveryProtocol = eprosima::fastrtps::rtps::DiscoveryProtocol_t::CLIENT;
+  discovery.discoveryServer_client_syncperiod = milliseconds(250);
+  for (const DiscoveryAddress& server : reach.discovery_servers) {
+    eprosima::fastdds::rtps::RemoteServerAttributes remote;
+    eprosima::fastdds::rtps::get_server_client_default_guidPrefix(server.id, remote.guidPrefix);
+    remote.metatrafficUnicastLocatorList.push_back(udp_locator(server.port, server.address));
+    discovery.m_DiscoveryServers.push_back(std::move(remote));
+  }
+}
+
+std::shared_ptr<UdpInSmallPackets> udp_transport(const Reach& reach, bool closed) {
+  auto udp = std::make_shared<UdpInSmallPackets>(closed ? kClosedDatagram_bytes : kDatagram_bytes);
   udp->maxMessageSize = kLongestDatagram_bytes;
   udp->sendBufferSize = kSocketBuffer_bytes;
   udp->receiveBufferSize = kSocketBuffer_bytes;
-  qos.transport().user_transports.push_back(
-      guarded(std::move(udp), transport.on_packets_dropped, std::move(admits_fragments)));
+  udp->interfaceWhiteList = reach.interfaces;
+  return udp;
+}
+
+/// What everybody has, whichever way others are found.
+void fill_common(const Reach& reach, Guard guard, DomainParticipantQos* qos) {
+  auto& discovery = qos->wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = milliseconds(static_cast<int>(kLease.count()));
+  discovery.leaseDuration_announcementperiod = milliseconds(500);
+  qos->transport().use_builtin_transports = false;
+  qos->transport().send_socket_buffer_size = kSocketBuffer_bytes;
+  qos->transport().listen_socket_buffer_size = kSocketBuffer_bytes;
+  qos->transport().user_transports.push_back(guarded(udp_transport(reach, guard.closed), std::move(guard)));
+}
+
+/// Authentication, access control and encryption by these files.
+void secure(const Credentials& credentials, DomainParticipantQos* qos) {
+  const auto set = [qos](const std::string& name, const std::string& value) {
+    qos->properties().properties().emplace_back("dds.sec." + name, value);
+  };
+  const auto file = [](const std::filesystem::path& path) { return "file://" + path.string(); };
+  set("auth.plugin", "builtin.PKI-DH");
+  set("auth.builtin.PKI-DH.identity_ca", file(credentials.identity_authority));
+  set("auth.builtin.PKI-DH.identity_certificate", file(credentials.certificate));
+  set("auth.builtin.PKI-DH.private_key", file(credentials.key));
+  set("auth.builtin.PKI-DH.identity_crl", file(credentials.revoked));
+  set("access.plugin", "builtin.Access-Permissions");
+  set("access.builtin.Access-Permissions.permissions_ca", file(credentials.permissions_authority));
+  set("access.builtin.Access-Permissions.governance", file(credentials.governance));
+  set("access.builtin.Access-Permissions.permissions", file(credentials.permissions));
+  set("crypto.plugin", "builtin.AES-GCM-GMAC");
+}
+
+}  // namespace
+
+DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name, const std::string& user_data,
+                                     const TransportOptions& transport, const Reach& reach,
+                                     AdmitsFragments admits_fragments, const Credentials* credentials) {
+  DomainParticipantQos qos;
+  qos.name(name.c_str());
+  qos.user_data().setValue(std::vector<std::uint8_t>(user_data.begin(), user_data.end()));
+  auto& wire = qos.wire_protocol();
+  // The ports of the RTPS specification for the first participant of a host; those that are taken are passed over.
+  const std::uint32_t own_port = first_own_port(domain);
+  wire.builtin.metatrafficUnicastLocatorList.push_back(udp_locator(own_port));
+  wire.builtin.mutation_tries = (kPortsPerDomain - 12) / 2;
+  wire.default_unicast_locator_list.push_back(udp_locator(own_port + 1));
+  if (reach.discovery_servers.empty())
+    find_by_calling(domain, reach, &wire);
+  else
+    find_by_asking(reach, &wire);
+  Guard guard{transport.on_packets_dropped, std::move(admits_fragments), credentials != nullptr};
+  if (credentials != nullptr) secure(*credentials, &qos);
+  if (transport.network.shared_memory) {
+    // First, so that it is chosen where both would do.
+    const auto shared = std::make_shared<SharedMemory>(transport.on_deaf);
+    wire.default_unicast_locator_list.push_back(shared->locator(own_port + 1));
+    qos.transport().user_transports.push_back(guarded(shared, guard));
+  }
+  fill_common(reach, std::move(guard), &qos);
+  return qos;
+}
+
+DomainParticipantQos discovery_server_qos(std::uint16_t port, const TransportOptions& transport, const Reach& reach) {
+  DomainParticipantQos qos;
+  qos.name("gatefield-discovery");
+  auto& wire = qos.wire_protocol();
+  eprosima::fastdds::rtps::get_server_client_default_guidPrefix(0, wire.prefix);
+  auto& builtin = wire.builtin;
+  builtin.discovery_config.discoveryProtocol = eprosima::fastrtps::rtps::DiscoveryProtocol_t::SERVER;
+  builtin.metatrafficUnicastLocatorList.push_back(udp_locator(port));
+  builtin.mutation_tries = 0;
+  fill_common(reach, {transport.on_packets_dropped, {}, false}, &qos);
   return qos;
 }
 
@@ -178,6 +263,7 @@ DataReaderQos foreign_reader_qos() {
 }
 
 std::uint32_t first_port(std::uint32_t domain) { return 7400 + kPortsPerDomain * domain; }
+std::uint32_t first_own_port(std::uint32_t domain) { return first_port(domain) + 10; }
 
 DataWriterQos foreign_setpoint_qos() {
   DataWriterQos qos = foreign_writer_qos();

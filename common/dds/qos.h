@@ -1,30 +1,42 @@
 #pragma once
 
+#include <chrono>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <string>
 
+#include "common/dds/credentials.h"
 #include "common/dds/endpoint.h"
 #include "common/dds/guarded_transport.h"
+#include "common/dds/reach.h"
 
 /// Every QoS and transport setting of the project, and the only place that has any. docs/wire.md says why each value is
 /// what it is. Inside common/dds only.
 namespace gatefield::dds {
 
-/// UDP in packets that fit an Ethernet frame, large socket buffers, quick discovery and a short lease.
+/// A participant that says nothing for so long is given up.
+inline constexpr std::chrono::milliseconds kLease{3000};
+
+/// UDP in packets that fit an Ethernet frame, large socket buffers, quick discovery and a short lease; peers,
+/// interfaces and discovery servers as told.
 ///
-/// No shared memory, on one host neither. In Fast DDS 2.9.1 a datagram whose sender has gone before it was read stays
-/// at the head of the receiver's queue for ever (SharedMemManager::Listener::pop() throws before it takes the cell
-/// off), so that one client that leaves at the wrong moment makes the server, or another client, deaf; and every port
-/// that a sender ever wrote to stays mapped. Over the loopback, states and commands are as fast (docs/performance.md).
+/// Shared memory only when asked for (decision 0046): for samples alone, beside UDP, and watched
+/// (SharedMemory).
 ///
 /// Ports count from the domain's first one, whatever was opened before. Left alone, Fast DDS gives each participant of
 /// a process the next two, and the 121st would listen where the next domain calls its members together.
+///
+/// @param credentials  for authentication, access control and encryption; nullptr: the domain is open
 eprosima::fastdds::dds::DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& name,
                                                              const std::string& user_data,
-                                                             const TransportOptions& transport,
-                                                             AdmitsFragments admits_fragments);
+                                                             const TransportOptions& transport, const Reach& reach,
+                                                             AdmitsFragments admits_fragments,
+                                                             const Credentials* credentials);
+
+/// Of a discovery server with id 0, which listens at this port alone.
+eprosima::fastdds::dds::DomainParticipantQos discovery_server_qos(std::uint16_t port, const TransportOptions& transport,
+                                                                  const Reach& reach);
 
 eprosima::fastdds::dds::DataWriterQos writer_qos(Topic topic, const TransportOptions& transport);
 eprosima::fastdds::dds::DataReaderQos reader_qos(Topic topic, const TransportOptions& transport);
@@ -36,6 +48,8 @@ eprosima::fastdds::dds::DataReaderQos foreign_reader_qos();
 
 /// The port at which a domain's participants call each other; theirs follow, up to the next domain's.
 std::uint32_t first_port(std::uint32_t domain);
+/// Where participant 0 of a host is called alone, and hears samples one above; the next one's are two above.
+std::uint32_t first_own_port(std::uint32_t domain);
 
 /// As foreign_writer_qos(), for small samples that are sent at once on the thread that writes them.
 eprosima::fastdds::dds::DataWriterQos foreign_setpoint_qos();

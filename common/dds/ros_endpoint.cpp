@@ -58,8 +58,9 @@ class Ear {
 
 class Listener final : public RosListener {
  public:
-  Status open(std::uint32_t domain, const std::string& name, const RosTopics& topics, RosHandler* handler) {
-    auto participant = Participant::open(domain, name, {}, {}, [](const PeerEvent&) {});
+  Status open(std::uint32_t domain, const std::string& name, const RosTopics& topics, RosHandler* handler,
+              const NetworkOptions& network) {
+    auto participant = Participant::open(domain, name, {}, {.network = network}, [](const PeerEvent&) {});
     if (auto s = keep(std::move(participant), &participant_); !s) return s;
     if (auto s = odometry_.open(
             participant_.get(), RosTopic::kOdometry, topics.odometry, handler,
@@ -95,8 +96,8 @@ Status open_writer(Participant* participant, const std::string& name, std::uniqu
 
 class Publisher final : public RosPublisher {
  public:
-  Status open(std::uint32_t domain, const std::string& name, const RosTopics& topics) {
-    auto participant = Participant::open(domain, name, {}, {}, [](const PeerEvent&) {});
+  Status open(std::uint32_t domain, const std::string& name, const RosTopics& topics, const NetworkOptions& network) {
+    auto participant = Participant::open(domain, name, {}, {.network = network}, [](const PeerEvent&) {});
     if (auto s = keep(std::move(participant), &participant_); !s) return s;
     if (auto s = open_writer(participant_.get(), topics.odometry, &odometry_); !s) return s;
     if (auto s = open_writer(participant_.get(), topics.pose, &pose_); !s) return s;
@@ -142,18 +143,19 @@ Status validate(const RosTopics& topics) {
 }
 
 Result<std::unique_ptr<RosListener>> RosListener::open(std::uint32_t domain, const std::string& name,
-                                                       const RosTopics& topics, RosHandler* handler) {
+                                                       const RosTopics& topics, RosHandler* handler,
+                                                       const NetworkOptions& network) {
   if (Status good = validate(topics); !good) return good.failure();
   auto listener = std::make_unique<Listener>();
-  if (Status opened = listener->open(domain, name, topics, handler); !opened) return opened.failure();
+  if (Status opened = listener->open(domain, name, topics, handler, network); !opened) return opened.failure();
   return std::unique_ptr<RosListener>(std::move(listener));
 }
 
 Result<std::unique_ptr<RosPublisher>> RosPublisher::open(std::uint32_t domain, const std::string& name,
-                                                         const RosTopics& topics) {
+                                                         const RosTopics& topics, const NetworkOptions& network) {
   if (Status good = validate(topics); !good) return good.failure();
   auto publisher = std::make_unique<Publisher>();
-  if (Status opened = publisher->open(domain, name, topics); !opened) return opened.failure();
+  if (Status opened = publisher->open(domain, name, topics, network); !opened) return opened.failure();
   return std::unique_ptr<RosPublisher>(std::move(publisher));
 }
 

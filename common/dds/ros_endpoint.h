@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/base/result.h"
+#include "common/dds/network.h"
 #include "common/protocol/ros.h"
 
 namespace gatefield::dds {
@@ -41,7 +42,8 @@ class RosListener {
   /// Errors: kInvalid for names; sentences of the middleware.
   /// @param name  of this participant, for people   @param handler  outlives the listener
   static Result<std::unique_ptr<RosListener>> open(std::uint32_t domain, const std::string& name,
-                                                   const RosTopics& topics, RosHandler* handler);
+                                                   const RosTopics& topics, RosHandler* handler,
+                                                   const NetworkOptions& network = {});
   virtual ~RosListener() = default;
   /// Publishers of the topic, with its type, that are there now. 0 for a topic that is not listened to.
   virtual std::size_t publishers(RosTopic topic) const = 0;
@@ -53,7 +55,7 @@ class RosPublisher {
  public:
   /// Errors: as RosListener::open().
   static Result<std::unique_ptr<RosPublisher>> open(std::uint32_t domain, const std::string& name,
-                                                    const RosTopics& topics);
+                                                    const RosTopics& topics, const NetworkOptions& network = {});
   virtual ~RosPublisher() = default;
   /// @pre validate() of the message; the topic was named
   /// @return false: the middleware takes nothing now

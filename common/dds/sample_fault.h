@@ -10,6 +10,7 @@ enum class SampleFault : std::uint8_t {
   kNone,
   kStranger,      ///< another participant has the vehicle's session, or nobody; or the number is another's
   kTooManyNames,  ///< more vehicles than one participant, or all together, may ask for
+  kNotItsName,    ///< of a domain that is closed to strangers: its certificate is another vehicle's
   kTooOften,      ///< more requests, samples or bytes a second than one may send
 };
 /// For people: "another participant has its session, or nobody".

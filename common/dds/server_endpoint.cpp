@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <shared_mutex>
 #include <string_view>
@@ -49,10 +50,12 @@ class Server final : public ServerEndpoint {
       : name_(std::move(name)), handler_(handler), drops_(transport.on_samples_dropped) {}
 
   Status open(std::uint32_t domain, const TransportOptions& transport) {
+    if (auto s = read_security(transport.network.security); !s) return s;
     auto participant = Participant::open(
         domain, "gatefield-server " + name_, announcement(name_), transport,
         [this](const PeerEvent& event) { on_peer(event); }, {},
-        [this](const ParticipantId& from, std::uint32_t bytes) { return speakers_.may_send_fragments(from, bytes); });
+        [this](const ParticipantId& from, std::uint32_t bytes) { return speakers_.may_send_fragments(from, bytes); },
+        credentials_ ? &*credentials_ : nullptr);
     if (auto s = keep(std::move(participant), &participant_); !s) return s;
 
     // Writers first: an answer must be possible when the first request comes in.
@@ -154,6 +157,14 @@ class Server final : public ServerEndpoint {
   }
 
  private:
+  Status read_security(const std::string& folder) {
+    if (folder.empty()) return {};
+    auto read = read_credentials(folder, {Role::kServer, name_});
+    if (!read) return read.failure().within("", "network.");
+    credentials_ = std::move(read).value();
+    return {};
+  }
+
   /// Of every sample that comes, before it is kept. A request whose name is none is told as one that was rejected.
   bool admits(Topic topic, std::string_view vehicle, const ParticipantId& from, std::size_t bytes) {
     const bool disposal = bytes == 0;
@@ -169,7 +180,9 @@ class Server final : public ServerEndpoint {
         handler_->on_rejected(topic, "", protocol::validate_name("vehicle", std::string(vehicle)).failure());
         return false;
       }
-      fault = speakers_.may_ask(from, vehicle, clock_.now());
+      fault = credentials_ && !bears(from, mark_of({Role::kVehicle, std::string(vehicle)}))
+                  ? SampleFault::kNotItsName
+                  : speakers_.may_ask(from, vehicle, clock_.now());
     }
     if (fault != SampleFault::kNone) drops_.count(fault, topic, vehicle, from);
     return fault == SampleFault::kNone;
@@ -210,6 +223,7 @@ class Server final : public ServerEndpoint {
   void on_peer(const PeerEvent& event) {
     if (event.gone) return forget_peer(event.peer);
     if (event.user_data != announcement(name_)) return;
+    if (credentials_ && !bears(event.peer, mark_of(credentials_->identity))) return;
     {
       const std::lock_guard lock(namesakes_mutex_);
       if (!namesakes_.insert(event.peer).second) return;  // is announced again and again
@@ -266,6 +280,7 @@ class Server final : public ServerEndpoint {
   const std::string name_;
   ServerHandler* const handler_;
   const MonotonicClock clock_;
+  std::optional<Credentials> credentials_;  // of a domain that is closed to strangers
   Speakers speakers_;
   SampleDrops drops_;
 

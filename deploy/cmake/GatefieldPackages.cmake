@@ -39,10 +39,10 @@ gatefield_package(server gatefield-server net "${same_version}"
 gatefield_package(simulator gatefield-simulator science "${same_version}"
   "simulated quadrotor and gates for a Gatefield server"
   "Flies races through gatefield-server as a vehicle would, alone or with the\nfirmware of a flight controller in its loop.")
-gatefield_package(tools gatefield-tools science "gatefield-server, gatefield-simulator"
+gatefield_package(tools gatefield-tools science "gatefield-server, gatefield-simulator, openssl"
   "flight-controller bridge and racing campaigns for Gatefield"
-  "gatefield-bridge flies vehicles with Betaflight, PX4 or MAVLink;\ngatefield-race says how often races are won.")
-gatefield_package(sdk gatefield-sdk-dev libdevel "libfastrtps-dev, libfastcdr-dev, libeigen3-dev"
+  "gatefield-bridge flies vehicles with Betaflight, PX4 or MAVLink;\ngatefield-race says how often races are won;\ngatefield-keys closes a domain to strangers.")
+gatefield_package(sdk gatefield-sdk-dev libdevel "libfastrtps-dev, libfastcdr-dev, libeigen3-dev, libssl-dev"
   "library for clients of a Gatefield server (development files)"
   "Joins a planning server, sends states and depth images, plays plans out, and\nfalls back by itself. A static library with its CMake package.")
 gatefield_package(data gatefield-models science ""

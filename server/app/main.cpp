@@ -31,7 +31,8 @@ constexpr const char* kFooter = R"(Examples:
 
 Signals: SIGHUP reads the profiles again, for sessions that begin then.
 
-Exit codes: 0 ended by SIGINT or SIGTERM, 2 arguments, model or configuration, 3 the domain could not be joined.)";
+Exit codes: 0 ended by SIGINT or SIGTERM, 2 arguments, model or configuration, 3 the domain could not be joined, 4
+deaf in shared memory.)";
 
 /// A model with encoders for as many threads as look at images.
 struct Model {

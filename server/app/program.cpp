@@ -7,14 +7,21 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <iostream>
+#include <thread>
+#include <utility>
 
 #include "common/base/clock.h"
 #include "common/base/logging.h"
 #include "common/config/locate.h"
+#include "common/dds/discovery_server.h"
+#include "common/dds/environment.h"
 #include "common/dds/library_log.h"
+#include "common/dds/network_arguments.h"
 #include "common/dds/server_endpoint.h"
 #include "common/protocol/validate.h"
 #include "server/app/data_files.h"
@@ -83,11 +90,54 @@ service::Factories factories(const Options& options, const Eyes& eyes, const pla
   return made;
 }
 
+/// The server's way to others: its own discovery server first, if there shall be one.
+class Wire {
+ public:
+  Wire(const Options& options, std::function<void(const dds::DroppedPackets&)> on_dropped)
+      : options_(options), network_(options.network), on_dropped_(std::move(on_dropped)) {}
+
+  Status introduce() {
+    if (options_.discovery_port == 0) return {};
+    for (const auto& [given, name] : {std::pair(!network_.peers.empty(), "--peer"),
+                                      std::pair(!network_.discovery_servers.empty(), "--discovery-server")})
+      if (given) return Error::invalid(name, "given beside --discovery-listen", "one of the two");
+    auto own = dds::own_discovery_server(options_.discovery_port, network_);
+    if (!own) return own.failure();
+    auto opened = dds::DiscoveryServer::open(options_.domain, options_.discovery_port,
+                                             {.network = network_, .on_packets_dropped = on_dropped_});
+    if (!opened) return opened.failure();
+    introducer_ = std::move(opened).value();
+    network_.discovery_servers = {*own};
+    log::info("discovery server: port " + std::to_string(options_.discovery_port));
+    return {};
+  }
+  const dds::NetworkOptions& network() const { return network_; }
+
+ private:
+  const Options& options_;
+  dds::NetworkOptions network_;
+  const std::function<void(const dds::DroppedPackets&)> on_dropped_;
+  std::unique_ptr<dds::DiscoveryServer> introducer_;
+};
+
+/// On the thread that found it out. Vehicles are told by the one that waits for signals; if that is stuck, this ends
+/// the process alone: it must not live on and hear nothing.
+void end_as_deaf(std::atomic<bool>* deaf) {
+  log::error(
+      "shared memory no longer brings anything: a program that used it was killed (decision 0046). This server ends, "
+      "to "
+      "be started again; without --shared-memory this can't happen");
+  deaf->store(true);
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  std::_Exit(kDeaf);
+}
+
 }  // namespace
 
 int serve(const std::string& program, const Options& options,
           const std::function<Result<Eyes>(const kernels::Backend&)>& open_eyes) {
   log::start(program, options.log_level, options.log_format == "json" ? log::Format::kJson : log::Format::kText);
+  const auto surroundings = dds::settle_environment(options.network);
   const Signals signals;  // before any thread is there: one that doesn't block them would end the program
   const auto fail_with = [&program](int code, const std::string& sentence) { return fail(program, code, sentence); };
   const auto backend = kernels::select_backend(options.isa);
@@ -117,6 +167,7 @@ int serve(const std::string& program, const Options& options,
 
   log::info("GATEFIELD " GATEFIELD_VERSION ", instruction set " + serving.isa + ", " + eyes->words);
   for (const std::string& warning : eyes->warnings) log::warn(warning);
+  for (const std::string& sentence : surroundings) log::warn(sentence);
   log::info("profiles " + names_of(*profiles) + " (" + folder->string() + "), " +
             std::to_string(serving.control_threads) + " control and " + std::to_string(serving.perception_threads) +
             " perception threads, at most " + std::to_string(serving.max_vehicles) + " vehicles");
@@ -134,11 +185,17 @@ int serve(const std::string& program, const Options& options,
     packets_dropped.fetch_add(dropped.count, std::memory_order_relaxed);
     log::warn(in_words(dropped));
   };
+  Wire wire(options, on_packets_dropped);
+  if (const Status status = wire.introduce(); !status) return fail_with(kNotJoined, status.error());
+  std::atomic<bool> deaf{false};
   auto endpoint = dds::ServerEndpoint::create(
       options.domain, options.name, &transport,
-      {.on_packets_dropped = on_packets_dropped,
+      {.network = wire.network(),
+       .on_packets_dropped = on_packets_dropped,
+       .on_deaf = [&deaf] { end_as_deaf(&deaf); },
        .on_samples_dropped = [](const dds::DroppedSamples& dropped) { log::warn(in_words(dropped)); }});
-  if (!endpoint) return fail_with(kNotJoined, endpoint.error());
+  if (!endpoint)
+    return fail_with(dds::is_about_security(endpoint.failure()) ? kBadInput : kNotJoined, endpoint.error());
   transport.attach(endpoint.value().get());
   service.start();
   if (const std::string why = service.realtime_complaint(); !why.empty()) log::warn(why);
@@ -150,6 +207,7 @@ int serve(const std::string& program, const Options& options,
                          .isa = serving.isa,
                          .model_hash = eyes->model_hash,
                          .domain = options.domain},
+               .deaf = [&deaf] { return deaf.load(); },
                .packets_dropped = [&packets_dropped] { return packets_dropped.load(std::memory_order_relaxed); },
                .reload =
                    [&] {
@@ -161,10 +219,11 @@ int serve(const std::string& program, const Options& options,
   if (const Status offered = watch.offer(options.metrics); !offered) return fail_with(kBadInput, offered.error());
   log::info("ready: server " + options.name + " in DDS domain " + std::to_string(options.domain));
 
-  const std::string signal = watch.run(signals);
-  log::info(signal + ": telling " + std::to_string(service.sessions()) + " vehicles, then ending");
+  const std::string why = watch.run(signals);
+  log::info(why + ": telling " + std::to_string(service.sessions()) + " vehicles, then ending");
   service.stop();
-  endpoint.value().reset();  // hears nothing more; the service may go then
+  if (deaf) std::_Exit(kDeaf);  // taking the middleware down may wait for what is stuck
+  endpoint.value().reset();     // hears nothing more; the service may go then
   return 0;
 }
 
@@ -211,6 +270,12 @@ void add_options(CLI::App* app, Options* options) {
       ->delimiter(',')
       ->check(CLI::Range(0, 1023))
       ->type_name("LIST");
+  dds::add_network_options(app, &options->network);
+  app->add_option("--discovery-listen", options->discovery_port,
+                  "UDP port of a discovery server within this one, for clients with --discovery-server; usually 11811")
+      ->check(CLI::Range(1, 65535))
+      ->type_name("PORT")
+      ->group("Network");
 }
 
 int run_program(CLI::App* app, int argc, char** argv, const std::function<int()>& body) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/result.h"
+#include "common/dds/network.h"
 #include "common/protocol/messages.h"
 #include "server/app/trace.h"
 #include "server/kernels/backend.h"
@@ -22,6 +23,7 @@ namespace gatefield::app {
 
 inline constexpr int kBadInput = 2;   ///< exit code: arguments, model or configuration
 inline constexpr int kNotJoined = 3;  ///< exit code: the middleware refuses
+inline constexpr int kDeaf = 4;       ///< exit code: shared memory no longer brings anything; start again
 
 /// What a user may say on the command line; what stands here before add_options() is the default that --help tells.
 struct Options {
@@ -37,6 +39,8 @@ struct Options {
   std::string metrics;
   bool realtime = false;
   std::vector<int> cores;
+  dds::NetworkOptions network;
+  std::uint16_t discovery_port = 0;  ///< of a discovery server of its own; 0: none
   TraceOptions trace;
 };
 void add_options(CLI::App* app, Options* options);

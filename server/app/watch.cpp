@@ -31,6 +31,10 @@ const char* Watch::run(const Signals& signals) {
       manager_.stopping("ends");
       return number == SIGINT ? "SIGINT" : "SIGTERM";
     }
+    if (parts_.deaf()) {
+      manager_.stopping("is deaf");
+      return "deaf";
+    }
     if (number == SIGHUP) {
       manager_.reloading();
       parts_.reload();

@@ -24,6 +24,7 @@ class Watch {
     const service::Service* service = nullptr;
     const Clock* clock = nullptr;  ///< the service's
     operations::ServerWords words;
+    std::function<bool()> deaf;
     std::function<std::uint64_t()> packets_dropped;
     std::function<void()> reload;  ///< SIGHUP
   };
@@ -31,7 +32,7 @@ class Watch {
 
   /// Pages /metrics and /healthz. @param address  as HttpPages::open(); empty: none
   Status offer(const std::string& address);
-  /// Until SIGINT or SIGTERM. @return which it was
+  /// Until SIGINT or SIGTERM, or `deaf`. @return which it was
   const char* run(const Signals& signals);
 
  private:

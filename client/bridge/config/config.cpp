@@ -24,6 +24,15 @@ Status in(const std::string& section, const Status& status) {
   return status ? Status() : Status(status.failure().within(section + ".", section + "."));
 }
 
+Status take(const NetworkSpec& spec, dds::NetworkOptions* network) {
+  network->peers.assign(spec.peers().begin(), spec.peers().end());
+  network->interfaces.assign(spec.interfaces().begin(), spec.interfaces().end());
+  network->discovery_servers.assign(spec.discovery_servers().begin(), spec.discovery_servers().end());
+  network->shared_memory = spec.shared_memory();
+  network->security = spec.security();
+  return dds::validate(*network);
+}
+
 Status take(const SessionSpec& spec, BridgeConfig* config) {
   sdk::Options& session = config->session;
   Stamp timeout = session.connect_timeout;
@@ -44,6 +53,7 @@ Status take(const SessionSpec& spec, BridgeConfig* config) {
   if (!(seconds(timeout) >= 0.1 && seconds(timeout) <= 600))
     return Error::invalid("connect_timeout", text(seconds(timeout)) + " s", "0.1 to 600 s");
   session.connect_timeout = std::chrono::duration_cast<std::chrono::milliseconds>(timeout);
+  if (Status status = in("network", take(spec.network(), &session.network)); !status) return status;
   return flight::validate(config->loop);
 }
 
@@ -238,6 +248,10 @@ Status take(const Px4Spec& spec, Px4Config* config) {
       !status)
     return status;
   if (Status status = in("radio", take(spec.radio(), &config->radio)); !status) return status;
+  if (Status status = in("network", take(spec.network(), &config->bus.network)); !status) return status;
+  if (!config->bus.network.security.empty())
+    return Error::invalid("network.security", "\"" + config->bus.network.security + "\"",
+                          "none: PX4's topics are open to all in its domain");
   return validate(*config);
 }
 

@@ -27,9 +27,10 @@ std::string line(const std::string& topic, const Admission& admission) {
 }  // namespace
 
 Result<std::unique_ptr<Source>> Source::open(const Options& options, const CameraModel& camera, std::uint32_t domain,
-                                             const std::string& vehicle, const Clock& clock) {
+                                             const std::string& vehicle, const Clock& clock,
+                                             const dds::NetworkOptions& network) {
   std::unique_ptr<Source> source(new Source(options, camera, domain, clock));
-  auto listener = dds::RosListener::open(domain, "gatefield-bridge " + vehicle, source->topics_, source.get());
+  auto listener = dds::RosListener::open(domain, "gatefield-bridge " + vehicle, source->topics_, source.get(), network);
   if (!listener) return listener.failure();
   source->listener_ = std::move(listener).value();
   return source;

@@ -24,7 +24,8 @@ class Source final : private dds::RosHandler {
   /// @param vehicle  the session's name, for people   @param clock  the loop's; outlives this
   /// Errors: those of dds::RosListener::open().   @pre validate() of the options' parts
   static Result<std::unique_ptr<Source>> open(const Options& options, const CameraModel& camera, std::uint32_t domain,
-                                              const std::string& vehicle, const Clock& clock);
+                                              const std::string& vehicle, const Clock& clock,
+                                              const dds::NetworkOptions& network = {});
   ~Source() override { listener_.reset(); }
 
   /// Null: not among the options.

@@ -50,6 +50,7 @@ class BusEndpoint final : public Endpoint {
  public:
   Status open(const BusOptions& options, Handler* handler) {
     dds::TransportOptions transport;
+    transport.network = options.network;
     transport.on_packets_dropped = [handler](const dds::DroppedPackets& dropped) {
       handler->on_rejected({}, Error(in_words(dropped)));
     };

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "common/base/result.h"
+#include "common/dds/network.h"
 
 /// Which names PX4's topics have and which layouts its messages have: both differ from release to release.
 namespace gatefield::px4 {
@@ -25,6 +26,7 @@ struct BusOptions {
   /// Versions that differ from the release's, by topic ("vehicle_status"): a build from between two releases. The
   /// layout stays the release's.
   std::map<std::string, int> versions;
+  dds::NetworkOptions network;
 };
 
 /// Says which field is wrong and why. Topics in `versions` are those that are used; their versions 0 to 99.

@@ -1,7 +1,7 @@
 // How fast the wire is on this machine, and how many vehicles a server flies over it: the product's endpoints and QoS.
 //   gatefield-dds-bench [seconds per measurement, 5 unless told] [file for results as JSON]
 //
-// The wire alone, over UDP on the loopback: state to command and back at 500 Hz from a process
+// The wire alone, over UDP on the loopback and over shared memory: state to command and back at 500 Hz from a process
 // that answers at once, while 60 depth frames of 160 x 90 a second go by; and how long those are under way.
 //
 // gatefield-server in lockstep, a gate in sight, the race profile (M = 2048): from a state's leaving to the command's
@@ -30,6 +30,7 @@
 #include "tests/bench/dds/echo.h"
 #include "tests/bench/dds/vehicle.h"
 #include "tests/bench/timings.h"
+#include "tests/support/keys.h"
 #include "tests/support/process.h"
 
 namespace gatefield::bench {
@@ -56,6 +57,8 @@ class Results {
  private:
   std::string entries_;
 };
+
+constexpr const char* kVehicle = "bench-vehicle";
 
 /// Below those that tests and campaigns use: a server of theirs must not answer.
 std::uint32_t own_domain() { return 1 + static_cast<std::uint32_t>(getpid()) % 9; }
@@ -95,10 +98,14 @@ class Bench {
     fs::remove_all(folder_, failed);
   }
 
-  bool wire_alone() {
-    const Wire wire{own_domain()};
-    test::Process other(beside("").string(), {"echo", std::to_string(wire.domain)}, folder_ / "echo.out");
-    Vehicle vehicle("bench");
+  /// @param how  "", "in-shared-memory" or "in-closed-domain"
+  bool wire_alone(const std::string& how) {
+    const Wire wire{own_domain(), how == "in-shared-memory", how == "in-closed-domain" ? keys() : ""};
+    const std::string over = wire.shared_memory ? "shared memory" : wire.keys.empty() ? "UDP" : "UDP, encrypted";
+    test::Process other(beside("").string(),
+                        {"echo", std::to_string(wire.domain), wire.shared_memory ? "1" : "0", wire.keys},
+                        folder_ / "echo.out");
+    Vehicle vehicle(kVehicle);
     if (!vehicle.ask(wire, protocol::Timing::kLockstep, "race") || !vehicle.joined(kPatience)) return false;
     const auto states = static_cast<std::uint64_t>(500 * length_s_);
     Stamp next = now();
@@ -109,18 +116,21 @@ class Bench {
       std::this_thread::sleep_for(next - now());
     }
     std::this_thread::sleep_for(100ms);
-    results_.add("state to command, 500 Hz, UDP (wire alone)", round_trips(vehicle.answers(251)));
+    results_.add("state to command, 500 Hz, " + over + " (wire alone)", round_trips(vehicle.answers(251)));
     if (other.wait(kPatience) != 0) return false;
     std::istringstream lines(other.output());
-    results_.add("depth 160 x 90, one way, UDP (wire alone)",
+    results_.add("depth 160 x 90, one way, " + over + " (wire alone)",
                  {std::istream_iterator<double>(lines), std::istream_iterator<double>()});
     return true;
   }
 
-  bool one_vehicle() {
-    const Wire wire{own_domain()};
-    test::Process server(server_program(), server_arguments(wire, {}), folder_ / "server.out");
-    Vehicle vehicle("bench");
+  bool one_vehicle(bool closed) {
+    const Wire wire{own_domain(), false, closed ? keys() : ""};
+    test::Process server(server_program(),
+                         server_arguments(wire, closed ? std::vector<std::string>{"--security", security(wire, kServer)}
+                                                       : std::vector<std::string>{}),
+                         folder_ / "server.out");
+    Vehicle vehicle(kVehicle);
     if (!vehicle.ask(wire, protocol::Timing::kLockstep, "race") || !vehicle.joined(kPatience)) return false;
     Stamp next = now(), simulated = 1s;
     vehicle.send_frame(simulated += 20ms);
@@ -137,8 +147,8 @@ class Bench {
       steps_s.push_back(answer.step_s);
       beyond_s.push_back(answer.round_trip_s - answer.step_s);
     }
-    results_.add("state to command, real server, M = 2048, UDP", round_trips(answers),
-                 fields_us("step_", steps_s) + fields_us("beyond_", beyond_s));
+    results_.add(std::string("state to command, real server, M = 2048, UDP") + (closed ? ", encrypted" : ""),
+                 round_trips(answers), fields_us("step_", steps_s) + fields_us("beyond_", beyond_s));
     std::printf("%s\n%s\n", line_us("  its step", steps_s).c_str(), line_us("  beyond its step", beyond_s).c_str());
     return true;
   }
@@ -219,6 +229,14 @@ class Bench {
     return false;
   }
 
+  /// Of a closed domain, made at first use.
+  std::string keys() {
+    if (!keys_) keys_ = std::make_unique<test::Keys>("bench");
+    keys_->make("server", kServer);
+    keys_->make("vehicle", kVehicle);
+    return keys_->folder().string();
+  }
+
   struct Tally {
     double sent = 0.0, missed = 0.0, step_s = 0.0;  // step: mean over the vehicles' newest
   };
@@ -254,13 +272,17 @@ class Bench {
   const double length_s_;
   const fs::path folder_;
   Results results_;
+  std::unique_ptr<test::Keys> keys_;
 };
 
 int run(double length_s, const char* file) {
   Bench bench(length_s);
-  bool good = bench.wire_alone();
+  bool good = bench.wire_alone("");
+  good = bench.wire_alone("in-shared-memory") && good;
+  good = bench.wire_alone("in-closed-domain") && good;
   if (fs::exists(beside("gatefield-server"))) {
-    good = bench.one_vehicle() && good;
+    good = bench.one_vehicle(false) && good;
+    good = bench.one_vehicle(true) && good;
     for (const auto& [count, realtime] : {std::pair(8, false), std::pair(16, false), std::pair(32, false),
                                           std::pair(48, false), std::pair(32, true), std::pair(48, true)})
       good = bench.many_vehicles(count, realtime) && good;
@@ -279,8 +301,8 @@ int run(double length_s, const char* file) {
 
 int main(int argc, char** argv) {
   using namespace gatefield::bench;
-  if (argc == 3 && std::string(argv[1]) == "echo")  // the other process of wire_alone()
-    return echo({static_cast<std::uint32_t>(std::atoi(argv[2]))});
+  if (argc == 5 && std::string(argv[1]) == "echo")  // the other process of wire_alone()
+    return echo({static_cast<std::uint32_t>(std::atoi(argv[2])), std::string(argv[3]) == "1", argv[4]});
   const double length_s = argc > 1 ? std::atof(argv[1]) : 5.0;
   if (!(length_s >= 1 && length_s <= 600) || argc > 3) {
     std::fprintf(stderr, "usage: gatefield-dds-bench [SECONDS, 1 to 600] [FILE]\n");

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "tests/integration/race/programs.h"
+#include "tests/support/keys.h"
 
 namespace gatefield::test {
 namespace {
@@ -56,6 +57,38 @@ TEST(Race, ThreeLapsOnSeveralSeedsAndTheSameSeedFliesTheSame) {
 
   server.signal(SIGTERM);
   EXPECT_EQ(server.wait(2s).value_or(-1), 0) << server.output();
+}
+
+TEST(Race, AClosedDomainFliesTheSame) {
+  const Keys keys("race");
+  Programs programs("closed");
+  const auto fly = [&](const std::string& name, const std::vector<std::string>& of_server,
+                       const std::vector<std::string>& of_vehicle) {
+    Process server = programs.server(name + "-server.log", of_server);
+    std::vector<std::string> words{"--scenario",
+                                   "circle-0.3m",
+                                   "--seed",
+                                   "2",
+                                   "--laps",
+                                   "1",
+                                   "--speed",
+                                   "7",
+                                   "--lockstep",
+                                   "--csv",
+                                   programs.file(name + ".csv").string()};
+    words.insert(words.end(), of_vehicle.begin(), of_vehicle.end());
+    Process sim = programs.simulator(name + "-sim.log", words);
+    EXPECT_EQ(sim.wait(120s).value_or(-1), 0) << sim.output() << server.output();
+    EXPECT_EQ(server.output().find("warning"), std::string::npos) << server.output();
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(5s).value_or(-1), 0) << server.output();
+    return flown_path(programs.file(name + ".csv"));
+  };
+  const std::string open = fly("open", {}, {});
+  const std::string closed =
+      fly("closed", {"--security", keys.make("server", "gatefield")}, {"--security", keys.make("vehicle", "drone")});
+  EXPECT_GT(open.size(), 3000u);
+  EXPECT_EQ(open, closed);
 }
 
 TEST(Race, ThreeVehiclesAtOnce) {

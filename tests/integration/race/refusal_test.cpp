@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "tests/integration/race/programs.h"
+#include "tests/support/keys.h"
 
 namespace gatefield::test {
 namespace {
@@ -47,6 +48,31 @@ TEST(Refusal, AMistakeInAProfileNamesFileAndLine) {
       programs.file("log"));
   EXPECT_EQ(server.wait(5s).value_or(-1), 2) << server.output();
   expect_says(server, "mine.txt:2");
+}
+
+TEST(Refusal, SecurityThatIsNotInOrderIsNoSecurity) {
+  const Keys keys("refusal");
+  Programs programs("security");
+  const auto expect_refused = [&](Process program, const std::string& words) {
+    EXPECT_EQ(program.wait(20s).value_or(-1), 2) << program.output();
+    expect_says(program, words);
+  };
+  const auto server = [&](const std::string& folder, const std::string& name = "gatefield") {
+    return programs.server("server.log", {"--security", folder, "--name", name});
+  };
+  expect_refused(server("/nowhere"), "\"/nowhere\", expected a folder of a server that gatefield-keys made");
+  const std::string folder = keys.make("server", "gatefield");
+  expect_refused(server(folder, "another"), "expected server \"another\"");
+  expect_refused(server(keys.make("vehicle", "drone")), "expected server \"gatefield\"");
+  std::filesystem::remove(folder + "/permissions.p7s");
+  expect_refused(server(folder), "permissions.p7s");
+  expect_refused(programs.simulator("sim.log", {"--scenario", "circle-0.3m", "--name", "rival", "--security",
+                                                keys.make("vehicle", "drone")}),
+                 "expected vehicle \"rival\"");
+  expect_refused(
+      programs.simulator("sim.log", {"--scenario", "circle-0.3m", "--security", keys.make("vehicle", "drone"),
+                                     "--discovery-server", "127.0.0.1:11811"}),
+      "none beside discovery servers");
 }
 
 TEST(Refusal, AnInterruptEndsTheSearchForAServer) {

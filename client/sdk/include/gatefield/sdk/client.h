@@ -10,6 +10,7 @@
 #include <string>
 
 #include "common/base/result.h"
+#include "common/dds/network.h"
 #include "common/protocol/messages.h"
 
 namespace gatefield::sdk {
@@ -27,6 +28,7 @@ struct Options {
   CameraModel camera = default_camera();
   Course course;
   std::chrono::milliseconds connect_timeout{5000};
+  dds::NetworkOptions network;  ///< peers, interfaces, discovery servers; empty: multicast on all
 };
 
 /// What to do from `now` to `now + period`, as play() was asked, by the plan or by the fallback.
@@ -137,9 +139,9 @@ template <std::size_t... kBytes>
 struct Layout {};
 template <typename... Interface>
 using LayoutOf = Layout<sizeof(Interface)..., alignof(Interface)...>;
-using ClientLayout =
-    LayoutOf<Options, QuadrotorModel, Actuation, CameraModel, Course, QuadrotorState, Setpoint, ProblemChange,
-             LinkStatistics, protocol::SessionReply, protocol::ThrustRateCommand, protocol::Telemetry, Error>;
+using ClientLayout = LayoutOf<Options, QuadrotorModel, Actuation, CameraModel, Course, QuadrotorState, Setpoint,
+                              ProblemChange, LinkStatistics, dds::NetworkOptions, protocol::SessionReply,
+                              protocol::ThrustRateCommand, protocol::Telemetry, Error>;
 
 /// What connect() is. Its symbol carries the layout: a program that lays the interface out in another way than the
 /// library was compiled with (_GLIBCXX_DEBUG and such; -march and Eigen's alignment make no difference)

@@ -9,6 +9,7 @@
 
 #include "common/base/plain.h"
 #include "common/base/result.h"
+#include "common/dds/network.h"
 
 namespace gatefield::sdk {
 
@@ -16,6 +17,7 @@ struct PublisherOptions {
   std::uint32_t domain = 0;           ///< DDS domain of the bridge, 0 to 232
   std::string name = "publisher";     ///< of this program, for people
   std::string odometry, pose, depth;  ///< topics, as the bridge's file names them ("/mocap/racer/pose"); empty: none
+  dds::NetworkOptions network;        ///< as Options::network
 };
 
 /// Where a body is. Frames: O is the source's own, z up; B is the body, FLU.

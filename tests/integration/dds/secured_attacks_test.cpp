@@ -1,0 +1,265 @@
+// The column "with security" of docs/security.md: strangers without a certificate or with one of others, and members
+// who want more than they may.
+
+#include <fstream>
+#include <optional>
+
+#include "tests/integration/dds/attacked_flight.h"
+#include "tests/support/keys.h"
+
+namespace gatefield::dds {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Everybody's keys, made once.
+test::Keys& keys() {
+  static test::Keys made("attacks");
+  return made;
+}
+/// Authorities of the same names that nobody here knows.
+test::Keys& other_keys() {
+  static test::Keys made("others");
+  return made;
+}
+
+std::string words_of(Role role) { return role_name(role); }
+
+Credentials credentials_of(test::Keys& of, Role role, const std::string& name) {
+  return must(read_credentials(of.make(words_of(role), name), {role, name}));
+}
+
+class SecuredAttacks : public AttackedFlight {
+ protected:
+  std::string security(Role role, const std::string& name) const override { return keys().make(words_of(role), name); }
+
+  /// The stranger writes states and commands for the victim, and listens, as far as his own library lets him: nobody
+  /// takes anything from him, and he hears nobody else.
+  void expect_shut_out(Stranger* stranger) {
+    const ParticipantId own = id_of(stranger->participant()->raw()->guid().guidPrefix);
+    std::atomic<int> heard{0};
+    Reader<wire::ThrustRateCommandPubSubType>::Callbacks hears;
+    hears.sample = [&](wire::ThrustRateCommand*, const Origin& origin) { heard += origin.participant == own ? 0 : 1; };
+    hears.unreadable = [&] { ++heard; };
+    const auto listens = Reader<wire::ThrustRateCommandPubSubType>::open(stranger->participant(), Topic::kCommand,
+                                                                         hears, command_partition("victim"));
+    const auto states = Writer<wire::VehicleStatePubSubType>::open(stranger->participant(), Topic::kVehicleState);
+    const auto commands = Writer<wire::ThrustRateCommandPubSubType>::open(stranger->participant(), Topic::kCommand,
+                                                                          command_partition("victim"));
+    const std::uint64_t session = victim_->session().session;
+    expect_unharmed(fly(victim_.get(), [&](std::uint64_t sequence) {
+      protocol::VehicleState state = test::good_state("victim", sequence + 1);
+      state.session = session;
+      if (states.ok()) (*states)->write([&](auto* sample) { to_wire(state, sample); });
+      protocol::ThrustRateCommand command = test::good_command("victim", 1000 + sequence);
+      command.session = session;
+      command.plan_step = kMark;
+      if (commands.ok()) (*commands)->write([&](auto* sample) { to_wire(command, sample); });
+    }));
+    EXPECT_TRUE(listens.ok() || commands.ok()) << "he tried nothing";
+    if (states.ok()) {
+      EXPECT_EQ((*states)->readers(), 0u);
+    }
+    EXPECT_EQ(heard, 0);
+    EXPECT_EQ(told(), "") << "nothing of his came as far as the server's own checks";
+    EXPECT_EQ(victim_->statistics().rejected, 0u);
+  }
+};
+
+TEST_F(SecuredAttacks, NoneIsNeeded) {
+  expect_unharmed(fly(victim_.get()));
+  const auto rival = join(std::string(protocol::kMaxNameLength, 'r'));  // its handshake is the longest
+  expect_unharmed(fly(rival.get()));
+  EXPECT_EQ(told(), "");
+  EXPECT_EQ(packets_told(), "") << "an honest packet was dropped";
+  EXPECT_EQ(victim_->statistics().packets_dropped, 0u);
+}
+
+TEST_F(SecuredAttacks, NobodyWithoutACertificateTakesPart) {
+  Stranger stranger;
+  expect_shut_out(&stranger);
+}
+
+TEST_F(SecuredAttacks, ACertificateOfAnotherAuthorityIsNone) {
+  const Credentials server = credentials_of(other_keys(), Role::kServer, kServer);
+  Stranger commander({}, &server);
+  expect_shut_out(&commander);
+  const Credentials vehicle = credentials_of(other_keys(), Role::kVehicle, "victim");
+  Stranger listener({}, &vehicle);
+  expect_shut_out(&listener);
+}
+
+// The vehicle signs its own rights, a server's: with its own key, and with the authority of identities, were they one.
+TEST_F(SecuredAttacks, RightsThatOthersSignedAreNone) {
+  const fs::path folder = keys().folder() / "self-made";
+  fs::copy(keys().make("vehicle", "rival"), folder, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  fs::copy_file(folder / "identity-ca.pem", folder / "permissions-ca.pem", fs::copy_options::overwrite_existing);
+  const std::string sign =
+      "set -e; cd " + folder.string() +
+      "; for file in governance permissions; do openssl smime "
+      "-verify -noverify -text -in $file.p7s -out $file.xml 2>/dev/null; sed -i 's/<subscribe>/"
+      "<publish><topics><topic>gatefield\\/*<\\/topic><\\/topics><partitions><partition>*<\\/"
+      "partition><\\/partitions><\\/publish><subscribe>/' $file.xml; openssl smime -sign -text -md "
+      "sha256 -in $file.xml -out $file.p7s -signer " +
+      (keys().authority() / "identity-ca.pem").string() + " -inkey " +
+      (keys().authority() / "identity-ca.key").string() + "; done";
+  ASSERT_EQ(std::system(sign.c_str()), 0);
+  const auto refused = read_credentials(folder, {Role::kVehicle, "rival"});
+  ASSERT_FALSE(refused.ok()) << "our own programs don't take it either";
+  Credentials files = credentials_of(keys(), Role::kVehicle, "rival");
+  files.permissions_authority = folder / "permissions-ca.pem";
+  files.governance = folder / "governance.p7s";
+  files.permissions = folder / "permissions.p7s";
+  files.identity.role = Role::kVehicle;
+  Stranger stranger({}, &files);
+  const auto commands =
+      stranger.writer<wire::ThrustRateCommandPubSubType>(Topic::kCommand, 1000, command_partition("victim"));
+  const auto states = stranger.writer<wire::VehicleStatePubSubType>(Topic::kVehicleState);
+  expect_unharmed(fly(victim_.get()));
+  EXPECT_EQ(commands->readers() + states->readers(), 0u);
+}
+
+TEST_F(SecuredAttacks, ARevokedCertificateIsNone) {
+  const fs::path kept = keys().folder() / "stolen";
+  fs::copy(keys().make("vehicle", "thief"), kept, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+  const Credentials stolen = must(read_credentials(kept, {Role::kVehicle, "thief"}));
+  keys().must({"revoke", "thief"});
+  TearDown();  // a server reads the list when it starts
+  SetUp();
+  sdk::Options options = options_of("victim");
+  options.vehicle = "thief";
+  options.network.security = kept.string();
+  options.connect_timeout = 2s;
+  const auto joined = sdk::Client::connect(options);
+  ASSERT_FALSE(joined.ok());
+  EXPECT_EQ(joined.failure().code, ErrorCode::kNoAnswer) << joined.error();
+  expect_unharmed(fly(victim_.get()));
+}
+
+// A member says its own things, and another vehicle's.
+TEST_F(SecuredAttacks, AVehicleSpeaksForNoOtherOne) {
+  const Credentials own = credentials_of(keys(), Role::kVehicle, "rival");
+  Stranger rival({}, &own);
+  auto requests = rival.writer<wire::SessionRequestPubSubType>(Topic::kSessionRequest);
+  auto states = rival.writer<wire::VehicleStatePubSubType>(Topic::kVehicleState);
+  auto frames = rival.writer<wire::DepthFramePubSubType>(Topic::kDepthFrame);
+  for (int i = 0; i < 500 && states->readers() * requests->readers() * frames->readers() == 0; ++i)
+    std::this_thread::sleep_for(10ms);
+  ASSERT_GT(states->readers() * requests->readers() * frames->readers(), 0u) << "what is its own is heard";
+  const std::uint64_t session = victim_->session().session;
+  expect_unharmed(fly(victim_.get(), [&](std::uint64_t sequence) {
+    protocol::SessionRequest request = test::good_request("victim", 4711);
+    if (sequence % 5 == 0) requests->write([&](auto* sample) { to_wire(request, sample); });
+    protocol::VehicleState state = test::good_state("victim", sequence + 1);
+    state.session = session;
+    if (sequence % 5 == 1) states->write([&](auto* sample) { to_wire(state, sample); });
+    protocol::DepthFrame frame = test::good_frame("victim", sequence);
+    frame.session = session;
+    if (sequence % 5 == 2)
+      frames->write([&](auto* sample) {
+        header_to_wire(frame, sample);
+        sample->pixels() = frame.pixels;
+      });
+  }));
+  EXPECT_NE(told(), "");
+  protocol::Telemetry telemetry;
+  service_->session_of("victim")->fill(clock_.now(), &telemetry);
+  EXPECT_EQ(telemetry.states_rejected, 0u) << telemetry.last_reason;
+  EXPECT_EQ(telemetry.frames_received, 0u);
+  std::string last;
+  for (int i = 0; i < 100 && last.find("certificate is another vehicle's") == std::string::npos; ++i) {
+    requests->write([&](auto* sample) { to_wire(test::good_request("victim", 4712), sample); });
+    std::this_thread::sleep_for(50ms);
+    last = told();
+  }
+  EXPECT_NE(last.find("certificate is another vehicle's"), std::string::npos) << last;
+}
+
+TEST_F(SecuredAttacks, AVehicleCommandsNobody) {
+  const Credentials own = credentials_of(keys(), Role::kVehicle, "rival");
+  Stranger rival({}, &own);
+  for (const std::string partition : {"gatefield/victim", "gatefield/rival"})
+    EXPECT_FALSE(Writer<wire::ThrustRateCommandPubSubType>::open(rival.participant(), Topic::kCommand, partition).ok());
+  EXPECT_FALSE(Writer<wire::SessionReplyPubSubType>::open(rival.participant(), Topic::kSessionReply).ok());
+  EXPECT_FALSE(Writer<wire::TelemetryPubSubType>::open(rival.participant(), Topic::kTelemetry).ok());
+}
+
+// Its own library would hold it to its rights; so it asks for its own commands, which it may, and then for another's.
+TEST_F(SecuredAttacks, AVehicleReadsNoOtherOnesCommands) {
+  const Credentials own = credentials_of(keys(), Role::kVehicle, "rival");
+  Stranger rival({}, &own);
+  using CommandReader = Reader<wire::ThrustRateCommandPubSubType>;
+  std::atomic<int> heard{0};
+  CommandReader::Callbacks hears;
+  hears.sample = [&](wire::ThrustRateCommand*, const Origin&) { ++heard; };
+  hears.unreadable = [&] { ++heard; };
+  for (const std::string partition : {"gatefield/victim", "gatefield/*", "*", ""})
+    EXPECT_FALSE(CommandReader::open(rival.participant(), Topic::kCommand, hears, partition).ok()) << partition;
+  EXPECT_FALSE(Reader<wire::VehicleStatePubSubType>::open(rival.participant(), Topic::kVehicleState,
+                                                          {[](auto*, const Origin&) {}, nullptr, [] {}})
+                   .ok());
+
+  using namespace eprosima::fastdds::dds;
+  auto* const topic = rival.participant()->topic(topic_name(Topic::kCommand),
+                                                 TypeSupport(new WireType<wire::ThrustRateCommandPubSubType>()));
+  SubscriberQos partitioned = SUBSCRIBER_QOS_DEFAULT;
+  partitioned.partition().push_back("gatefield/rival");
+  auto* const subscriber = rival.participant()->raw()->create_subscriber(partitioned);
+  auto* const reader = subscriber->create_datareader(topic, reader_qos(Topic::kCommand, {}));
+  ASSERT_NE(reader, nullptr) << "its own it may read";
+  SubscriberQos changed = partitioned;
+  changed.partition().clear();
+  changed.partition().push_back("gatefield/victim");
+  EXPECT_EQ(subscriber->set_qos(changed), ReturnCode_t::RETCODE_OK);
+  expect_unharmed(fly(victim_.get()));
+  SubscriptionMatchedStatus matched;
+  reader->get_subscription_matched_status(matched);
+  wire::ThrustRateCommand sample;
+  SampleInfo info;
+  EXPECT_EQ(reader->take_next_sample(&sample, &info), ReturnCode_t::RETCODE_NO_DATA);
+  subscriber->delete_datareader(reader);
+  rival.participant()->raw()->delete_subscriber(subscriber);
+  EXPECT_EQ(heard, 0);
+}
+
+TEST_F(SecuredAttacks, AToolHearsEverythingAndSaysNothing) {
+  const Credentials ear = credentials_of(keys(), Role::kTool, "ear");
+  Stranger tool({}, &ear);  // reads requests
+  EXPECT_NE(tool.overheard(), 0u);
+  std::atomic<int> heard{0};
+  Reader<wire::ThrustRateCommandPubSubType>::Callbacks hears;
+  hears.sample = [&](wire::ThrustRateCommand*, const Origin&) { ++heard; };
+  hears.unreadable = [] {};
+  const auto commands =
+      must(Reader<wire::ThrustRateCommandPubSubType>::open(tool.participant(), Topic::kCommand, hears, "gatefield/*"));
+  for (int i = 0; i < 5 && heard == 0; ++i) expect_unharmed(fly(victim_.get()));
+  EXPECT_GT(heard, 0);
+  EXPECT_FALSE(Writer<wire::VehicleStatePubSubType>::open(tool.participant(), Topic::kVehicleState).ok());
+  EXPECT_FALSE(Writer<wire::SessionReplyPubSubType>::open(tool.participant(), Topic::kSessionReply).ok());
+}
+
+TEST_F(SecuredAttacks, AServerOfAnotherNameIsNotBelieved) {
+  const Credentials second = credentials_of(keys(), Role::kServer, "planner-2");
+  Stranger server({}, &second);
+  auto replies = server.writer<wire::SessionReplyPubSubType>(Topic::kSessionReply);
+  for (int i = 0; i < 500 && replies->readers() == 0; ++i) std::this_thread::sleep_for(10ms);
+  constexpr std::uint64_t kForged = 666;
+  const auto forge = [&](std::uint64_t) {
+    protocol::SessionReply reply = test::good_reply("victim", server.overheard());
+    reply.server = kServer;
+    reply.session = kForged;
+    replies->write([&](auto* sample) { to_wire(reply, sample); });
+  };
+  expect_unharmed(fly(victim_.get(), forge));
+  // Nor when its own server goes: an open domain's vehicle takes another acceptance then.
+  service_->stop();
+  endpoint_.reset();
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    forge(i);
+    std::this_thread::sleep_for(25ms);
+    ASSERT_NE(victim_->session().session, kForged);
+  }
+}
+
+}  // namespace
+}  // namespace gatefield::dds
