@@ -207,9 +207,10 @@ void add_options(CLI::App* app, Options* options) {
                   "and late ticks cost the newest its session. 0: neither, --max-vehicles alone counts")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  app->add_option("--max-priority", options->max_priority,
-                  "Priority that requests may have, 0 to 9; more counts as this. With more than 5, vehicles can displace "
-                  "those of the usual priority")
+  app->add_option(
+         "--max-priority", options->max_priority,
+         "Priority that requests may have, 0 to 9; more counts as this. With more than 5, vehicles can displace "
+         "those of the usual priority")
       ->check(CLI::Range(0, int{protocol::kMaxPriority}))
       ->capture_default_str();
   std::string isas = "auto";

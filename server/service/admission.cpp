@@ -21,7 +21,9 @@ constexpr double kRetryAfter_s = 1.0;
 /// Sent away: what that brings shows first.
 constexpr double kRetryAfterShed_s = 5.0;
 
-double spread(double least_s, std::uint64_t number) { return least_s * (1.0 + static_cast<double>(number % 997) / 997.0); }
+double spread(double least_s, std::uint64_t number) {
+  return least_s * (1.0 + static_cast<double>(number % 997) / 997.0);
+}
 
 bool racing(const protocol::PlannerHealth& health) {
   return !health.course_done && (health.lap > 0 || health.target_waypoint > 0);
@@ -74,7 +76,8 @@ bool Service::left_to_others(const Asked& asked, Stamp now) {
 
 void Service::answer_those_that_waited(Stamp now) {
   std::vector<Waiting> due;
-  const auto first = std::stable_partition(waiting_.begin(), waiting_.end(), [&](const Waiting& one) { return one.at > now; });
+  const auto first =
+      std::stable_partition(waiting_.begin(), waiting_.end(), [&](const Waiting& one) { return one.at > now; });
   due.assign(std::make_move_iterator(first), std::make_move_iterator(waiting_.end()));
   waiting_.erase(first, waiting_.end());
   for (const Waiting& one : due) answer(one.asked);

@@ -43,7 +43,7 @@ struct Figures {
   struct Room {
     double capacity = 0.0;  ///< that vehicles may take
     double taken = 0.0;
-    double free = 0.0;  ///< for newcomers; 0 also while ticks are late
+    double free = 0.0;                         ///< for newcomers; 0 also while ticks are late
     std::map<std::string, double> cost_cores;  ///< of a vehicle with the usual camera, by profile
   };
   struct Vehicle {
@@ -61,7 +61,7 @@ struct Figures {
   Room room;
   std::uint64_t sessions_shed = 0;       ///< ended because ticks were late
   std::uint64_t sessions_displaced = 0;  ///< ended for a vehicle of higher priority
-  std::vector<Vehicle> vehicles;  ///< that have a session
+  std::vector<Vehicle> vehicles;         ///< that have a session
 };
 
 }  // namespace gatefield::service

@@ -9,8 +9,8 @@
 namespace gatefield::service {
 
 /// Control ticks of the last seconds that were late, of all vehicles that fly, and what follows: whether newcomers have
-/// to wait, and when somebody has to go. Other programs on the same cores make ticks late, too, so this is the last word
-/// over what figures promise.
+/// to wait, and when somebody has to go. Other programs on the same cores make ticks late, too, so this is the last
+/// word over what figures promise.
 /// Thread-safe: no (housekeeping).
 class LateTicks {
  public:
@@ -42,9 +42,7 @@ class LateTicks {
     Stamp when;
     std::uint64_t ticks, late;
   };
-  double share() const noexcept {
-    return ticks_ > 0 ? static_cast<double>(late_) / static_cast<double>(ticks_) : 0.0;
-  }
+  double share() const noexcept { return ticks_ > 0 ? static_cast<double>(late_) / static_cast<double>(ticks_) : 0.0; }
   bool beyond(double part) const noexcept { return late_ > kFew && share() > part; }
 
   std::deque<Part> parts_;

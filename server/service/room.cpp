@@ -30,8 +30,7 @@ void Room::learn(const SessionReading& session, const SessionReading& before, do
     costs_.learn_step(*session.profile,
                       from_seconds(helped * seconds(session.step_cpu - before.step_cpu) / static_cast<double>(steps)));
   const std::uint64_t frames = session.frames - before.frames;
-  if (frames >= kEnough)
-    costs_.learn_look((session.look_cpu - before.look_cpu) / static_cast<std::int64_t>(frames));
+  if (frames >= kEnough) costs_.learn_look((session.look_cpu - before.look_cpu) / static_cast<std::int64_t>(frames));
 }
 
 void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const ServerReading& server) {
@@ -53,9 +52,10 @@ void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const
       own_s > 0.0 ? std::min(1.0 + helping_s / own_s, static_cast<double>(options_.control_threads)) : 1.0;
 
   if (!first) {
-    const double other = seconds((server.process - server_.process) - (server.control_threads - server_.control_threads) -
-                                 (server.perception_threads - server_.perception_threads)) /
-                         passed_s;
+    const double other =
+        seconds((server.process - server_.process) - (server.control_threads - server_.control_threads) -
+                (server.perception_threads - server_.perception_threads)) /
+        passed_s;
     other_ += weight * (std::max(0.0, other) - other_);
   }
 
@@ -115,9 +115,7 @@ Need Room::load() const {
   return load;
 }
 
-double Room::free() const {
-  return late_ticks_.closed() && on() ? 0.0 : std::max(0.0, free_cores(capacity_, load()));
-}
+double Room::free() const { return late_ticks_.closed() && on() ? 0.0 : std::max(0.0, free_cores(capacity_, load())); }
 
 double Room::taken() const {
   const Need taken = load();

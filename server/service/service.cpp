@@ -449,8 +449,8 @@ protocol::SessionReply Service::reply_to(pilot::Pilot& pilot) const {
   return reply;
 }
 
-void Service::end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string& why,
-                  const std::optional<Error>& told, double retry_after_s) {
+void Service::end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string& why, const std::optional<Error>& told,
+                  double retry_after_s) {
   {
     const std::unique_lock lock(sessions_mutex_);
     const auto found = sessions_.find(pilot->vehicle());

@@ -59,7 +59,8 @@ protocol::DepthFrame drawn_frame(const protocol::SessionRequest& request) {
   return frame;
 }
 
-Result<std::unique_ptr<pilot::Pilot>> trial_pilot(const planner::Profile& profile, const Factories& factories, Stamp now) {
+Result<std::unique_ptr<pilot::Pilot>> trial_pilot(const planner::Profile& profile, const Factories& factories,
+                                                  Stamp now) {
   pilot::PilotParts parts;
   parts.request = trial_request(profile);
   auto planner = factories.planner(profile, parts.request);

@@ -22,7 +22,8 @@ namespace gatefield::service {
 /// (a late step does not shift the later ones; times that passed altogether are counted as missed); lockstep pilots are
 /// due when something came for them, after every real-time pilot that is due: they have no deadline to miss, and while
 /// a real-time pilot is there one thread of several never begins a lockstep step, which could hold that one up.
-/// What a step takes, in time and processor time, and when its command goes out is measured here, and told to the pilot.
+/// What a step takes, in time and processor time, and when its command goes out is measured here, and told to the
+/// pilot.
 /// A thread for which nothing is due helps with the steps in progress, a block of rollouts at a time (kernels::Crew):
 /// one vehicle gets all the threads, and many get one each. What is due comes before helping. While a step is in
 /// progress up to kMaxHelpers threads wait for its next blocks without sleeping; between steps all sleep.
@@ -80,9 +81,9 @@ class ControlPool {
   std::vector<std::unique_ptr<Entry>> entries_;
   std::string complaint_;
   bool stopping_ = false;
-  int helpers_ = 0;                     // threads in help()
-  int lockstep_steps_ = 0;              // steps of lockstep pilots in progress
-  std::atomic<int> stepping_{0};        // steps in progress
+  int helpers_ = 0;               // threads in help()
+  int lockstep_steps_ = 0;        // steps of lockstep pilots in progress
+  std::atomic<int> stepping_{0};  // steps in progress
   std::atomic<std::int64_t> helping_ns_{0};
   std::atomic<std::uint64_t> news_{0};  // changes of what is due, for threads in help(); written under the mutex
   std::vector<std::thread> threads_;

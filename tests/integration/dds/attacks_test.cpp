@@ -303,8 +303,7 @@ TEST_F(Attacks, ForgedServerStatusesCostNewcomersAMoment) {
     protocol::ServerStatus status = test::good_status("plenty");
     status.room_cores = protocol::kMaxRoom_cores;
     while (!stop) {
-      for (const auto& writer : writers)
-        writer->write([&](wire::ServerStatus* sample) { to_wire(status, sample); });
+      for (const auto& writer : writers) writer->write([&](wire::ServerStatus* sample) { to_wire(status, sample); });
       std::this_thread::sleep_for(50ms);
     }
   });

@@ -119,7 +119,8 @@ TEST(Crowd, WhoHasNoRoomIsToldAndWhoHasFlies) {
       << server.output();
   for (const auto& one : crowd)
     if (one->told()) {
-      EXPECT_THAT(one->words(), ::testing::AnyOf(HasSubstr("the server has no room: its "), HasSubstr("no planning server")));
+      EXPECT_THAT(one->words(),
+                  ::testing::AnyOf(HasSubstr("the server has no room: its "), HasSubstr("no planning server")));
     }
   EXPECT_THAT(server.output(), HasSubstr("refused, the server has no room: its 1 vehicle takes 0."));
 }
@@ -136,7 +137,9 @@ TEST(Crowd, TwoServersShareTheVehiclesAndStandInForEachOther) {
     crowd.push_back(std::make_unique<Hoverer>("drone-" + std::to_string(i), 30s));
     ASSERT_TRUE(wait_until([&] { return flies(*crowd.back()); })) << first.output() << second.output();
   }
-  const auto of = [&](const char* name) { return count(crowd, [&](const Hoverer& one) { return one.server() == name; }); };
+  const auto of = [&](const char* name) {
+    return count(crowd, [&](const Hoverer& one) { return one.server() == name; });
+  };
   EXPECT_TRUE(wait_until([&] { return of("first") >= 1 && of("second") >= 1; }, 10s))
       << of("first") << " and " << of("second");
 
@@ -164,7 +167,8 @@ TEST_F(CrowdedRaces, ARacerWinsAndWhoIsAdmittedIsInTime) {
   const int races = asked != nullptr ? std::atoi(asked) : 0;
   if (races == 0) GTEST_SKIP() << "GATEFIELD_CROWD_RACES says how many";
   Programs programs("crowded-races");
-  Process server = programs.server("server.log", {"--max-vehicles", "64", "--max-priority", "9", "--metrics", "127.0.0.1:0"});
+  Process server =
+      programs.server("server.log", {"--max-vehicles", "64", "--max-priority", "9", "--metrics", "127.0.0.1:0"});
   ASSERT_TRUE(server.wait_for_output("ready: server", 60s)) << server.output();
   Crowd crowd;
   for (int i = 0; i < 64; ++i) crowd.push_back(std::make_unique<Hoverer>("drone-" + std::to_string(i), 20s));
@@ -173,9 +177,9 @@ TEST_F(CrowdedRaces, ARacerWinsAndWhoIsAdmittedIsInTime) {
   double ticks = 0.0, late = 0.0;
   for (int i = 0; i < races; ++i) {
     const std::string before = page(server.output());
-    Process sim = programs.simulator(
-        "sim.log", {"--scenario", "circle-0.3m", "--seed", std::to_string(i + 1), "--speed", "7", "--realtime", "--name",
-                    "racer", "--priority", "9", "--connect-timeout", "30"});
+    Process sim =
+        programs.simulator("sim.log", {"--scenario", "circle-0.3m", "--seed", std::to_string(i + 1), "--speed", "7",
+                                       "--realtime", "--name", "racer", "--priority", "9", "--connect-timeout", "30"});
     const bool this_won = sim.wait(180s).value_or(-1) == 0;
     const std::string after = page(server.output());
     const auto grown = [&](const std::string& name) { return figure(after, name) - figure(before, name); };
@@ -184,10 +188,11 @@ TEST_F(CrowdedRaces, ARacerWinsAndWhoIsAdmittedIsInTime) {
     won += this_won ? 1 : 0;
     late += race_late;
     ticks += race_ticks;
-    std::printf("race %d: %s, %.0f vehicles, load %.2f of %.2f cores, %.3f %% of %.0f ticks in time, shed %.0f\n", i + 1,
-                this_won ? "won" : "lost", figure(after, "gatefield_sessions"), figure(after, "gatefield_load_cores"),
-                figure(after, "gatefield_capacity_cores"), 100.0 * (1.0 - race_late / std::max(1.0, race_ticks)),
-                race_ticks, figure(after, "gatefield_sessions_shed_total"));
+    std::printf("race %d: %s, %.0f vehicles, load %.2f of %.2f cores, %.3f %% of %.0f ticks in time, shed %.0f\n",
+                i + 1, this_won ? "won" : "lost", figure(after, "gatefield_sessions"),
+                figure(after, "gatefield_load_cores"), figure(after, "gatefield_capacity_cores"),
+                100.0 * (1.0 - race_late / std::max(1.0, race_ticks)), race_ticks,
+                figure(after, "gatefield_sessions_shed_total"));
     std::fflush(stdout);
     EXPECT_TRUE(this_won) << sim.output();
   }
@@ -196,7 +201,8 @@ TEST_F(CrowdedRaces, ARacerWinsAndWhoIsAdmittedIsInTime) {
   std::printf("%d of %d races won; %.3f %% of %.0f ticks in time; of 64 vehicles %td flew and %td were told\n", won,
               races, 100.0 * (1.0 - late / std::max(1.0, ticks)), ticks, flown, told);
   EXPECT_GE(1.0 - late / std::max(1.0, ticks), 0.999);
-  EXPECT_EQ(count(crowd, [](const Hoverer& one) { return !one.told() && !flies(one); }), 0) << "each flies or knows why";
+  EXPECT_EQ(count(crowd, [](const Hoverer& one) { return !one.told() && !flies(one); }), 0)
+      << "each flies or knows why";
 }
 
 }  // namespace

@@ -61,8 +61,7 @@ TEST(Trial, FindsOutWhatAProfileCosts) {
       const auto begin = processor_time_of_thread();
       while (slow && processor_time_of_thread() - begin < 5ms) continue;
     };
-    return std::unique_ptr<planner::Planner>(
-        std::make_unique<testing::FakePlanner>(made, request.quadrotor, script));
+    return std::unique_ptr<planner::Planner>(std::make_unique<testing::FakePlanner>(made, request.quadrotor, script));
   };
   const Costs costs = costs_by_trial({{"slow", profile("slow")}, {"quick", profile("quick")}}, factories);
   EXPECT_GE(costs.of(profile("slow"), 0).control, 0.25) << "5 ms, 50 times a second";

@@ -85,8 +85,8 @@ class Client {
  public:
   /// Blocks until a server accepts, refuses or the timeout passes. A refusal is the error, as the server gave it (code,
   /// field, value, expected, sentence); one that may pass (may_pass(code): the name is in use, the server is full) is
-  /// asked again until the timeout, when the refusal says that it is worth while. Nobody answered: ErrorCode::kNoAnswer. Options that no server would take:
-  /// ErrorCode::kInvalid, at once.
+  /// asked again until the timeout, when the refusal says that it is worth while. Nobody answered:
+  /// ErrorCode::kNoAnswer. Options that no server would take: ErrorCode::kInvalid, at once.
   /// @param cancel  when it becomes true, joining ends within some 50 ms as if nobody had answered; null: nothing ends
   ///                it early
   static Result<std::unique_ptr<Client>> connect(const Options& options, const std::atomic<bool>* cancel = nullptr);
