@@ -180,12 +180,11 @@ void Service::log_late_ticks(Stamp now) {
   const LateTicks& late = room_.late_ticks();
   unsigned held = 0;
   if (!late.closed() || !late_log_.admit(now, &held)) return;
-  log::warn("deadlines: " + std::to_string(late.late()) + " of the last " + std::to_string(late.ticks()) +
-            " control ticks were late, the newest of vehicle " + room_.latest());
+  log::warn("deadlines: " + late.words() + ", the newest of vehicle " + room_.latest());
 }
 
 void Service::fill_room(Figures* figures) const {
-  figures->room = {room_.capacity(), room_.taken(), room_.free(), {}};
+  figures->room = {room_.most(), room_.taken(), room_.free(), {}};
   for (const auto& [name, profile] : profiles_)
     figures->room.cost_cores[name] = room_.cost_of(profile, default_camera().rate_hz).all();
   figures->sessions_shed = sessions_shed_;

@@ -41,7 +41,7 @@ struct Figures {
   };
   /// Processor time, cores.
   struct Room {
-    double capacity = 0.0;  ///< that vehicles may take
+    double capacity = 0.0;  ///< that vehicles may take now
     double taken = 0.0;
     double free = 0.0;                         ///< for newcomers; 0 also while ticks are late
     std::map<std::string, double> cost_cores;  ///< of a vehicle with the usual camera, by profile

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <string>
 
 #include "common/base/clock.h"
 
@@ -14,12 +15,15 @@ namespace gatefield::service {
 /// Thread-safe: no (housekeeping).
 class LateTicks {
  public:
-  static constexpr std::chrono::nanoseconds kWindow = std::chrono::seconds(2);
-  /// Parts of all ticks; and what may happen to anybody once says nothing.
-  static constexpr double kNoNewcomers = 1e-3;
-  static constexpr double kOverload = 1e-2;
-  static constexpr std::uint64_t kFew = 2;
-  /// An overload as old as this costs somebody the seat.
+  /// Parts of all ticks, over a short time and a long one; a few may happen to anybody and say nothing.
+  struct Limit {
+    std::chrono::nanoseconds window;
+    double part;
+    std::uint64_t few;
+  };
+  static constexpr Limit kHurry{std::chrono::seconds(2), 1e-3, 2};     ///< beyond: no newcomers
+  static constexpr Limit kOverload{std::chrono::seconds(2), 1e-2, 2};  ///< for kPersists: somebody has to go
+  static constexpr Limit kTooMuch{std::chrono::seconds(10), 1e-3, 5};  ///< beyond: neither is it well in the long run
   static constexpr std::chrono::nanoseconds kPersists = std::chrono::milliseconds(1500);
   /// Between two that go: what the first one brought shows only then. Twice as long each time it brought nothing.
   static constexpr std::chrono::nanoseconds kPause = std::chrono::seconds(4);
@@ -28,25 +32,29 @@ class LateTicks {
   /// What came since the last call.
   void add(Stamp now, std::uint64_t ticks, std::uint64_t late);
 
-  std::uint64_t ticks() const noexcept { return ticks_; }
-  std::uint64_t late() const noexcept { return late_; }
   /// Too many for one more vehicle.
-  bool closed() const noexcept { return beyond(kNoNewcomers); }
+  bool closed() const noexcept { return beyond(kHurry) || beyond(kTooMuch); }
   /// Somebody has to go now.
   bool shed_due(Stamp now) const noexcept;
   /// Somebody went.
   void shed(Stamp now);
+  /// "14 of the last 1400 control ticks were late"
+  std::string words() const;
 
  private:
   struct Part {
     Stamp when;
     std::uint64_t ticks, late;
   };
-  double share() const noexcept { return ticks_ > 0 ? static_cast<double>(late_) / static_cast<double>(ticks_) : 0.0; }
-  bool beyond(double part) const noexcept { return late_ > kFew && share() > part; }
+  struct Sum {
+    std::uint64_t ticks = 0, late = 0;
+    double share() const noexcept { return ticks > 0 ? static_cast<double>(late) / static_cast<double>(ticks) : 0.0; }
+  };
+  Sum sum(std::chrono::nanoseconds window) const noexcept;
+  bool beyond(const Limit& limit) const noexcept;
 
   std::deque<Part> parts_;
-  std::uint64_t ticks_ = 0, late_ = 0;
+  std::optional<Stamp> since_;  // the oldest tick that counts
   std::optional<Stamp> overload_since_;
   Stamp not_before_{0};
   std::chrono::nanoseconds pause_ = kPause;

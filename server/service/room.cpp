@@ -22,7 +22,8 @@ Room::Room(const RoomOptions& options, Costs costs)
     : options_(options),
       capacity_(capacity_of(options.utilisation > 0.0 ? options.utilisation : 1.0, options.cores,
                             options.control_threads, options.perception_threads)),
-      costs_(std::move(costs)) {}
+      costs_(std::move(costs)),
+      most_(capacity_.all) {}
 
 void Room::learn(const SessionReading& session, const SessionReading& before, double helped) {
   const std::uint64_t steps = session.steps - before.steps;
@@ -103,6 +104,10 @@ void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const
   }
   if (!first && heard > 0) costs_.learn_other(other_ / static_cast<double>(heard));
   late_ticks_.add(now, ticks, late);
+  if (late_ticks_.closed())
+    hold(now + kHold, taken());
+  else if (!first && now >= held_until_)
+    most_ = std::min(capacity_.all, most_ + kGrowth_per_s * capacity_.all * passed_s);
   histories_ = std::move(kept);
   server_ = server;
   measured_at_ = now;
@@ -115,7 +120,15 @@ Need Room::load() const {
   return load;
 }
 
-double Room::free() const { return late_ticks_.closed() && on() ? 0.0 : std::max(0.0, free_cores(capacity_, load())); }
+void Room::hold(Stamp until, double taken) {
+  if (!on()) return;
+  most_ = std::min(most_, taken);
+  held_until_ = std::max(held_until_, until);
+}
+
+double Room::left_by(const Need& load) const { return free_cores(capacity_, load) - (capacity_.all - most_); }
+
+double Room::free() const { return late_ticks_.closed() && on() ? 0.0 : std::max(0.0, left_by(load())); }
 
 double Room::taken() const {
   const Need taken = load();
@@ -125,7 +138,7 @@ double Room::taken() const {
 std::string Room::occupied() const {
   const auto flying = std::count_if(seats_.begin(), seats_.end(), [](const Seat& seat) { return seat.real_time; });
   return "its " + std::to_string(flying) + (flying == 1 ? " vehicle takes " : " vehicles take ") + cores(taken()) +
-         " of " + cores(capacity_.all) + " cores";
+         " of " + cores(most_) + " cores";
 }
 
 Room::Answer Room::ask(const Newcomer& newcomer) const {
@@ -137,7 +150,7 @@ Room::Answer Room::ask(const Newcomer& newcomer) const {
   if (judged) {
     Need with = load();
     with += need;
-    lacking = std::max(0.0, -free_cores(capacity_, with));
+    lacking = std::max(0.0, -left_by(with));
     if (late_ticks_.closed()) lacking = std::max(lacking, need.all());  // it must not become more
   }
   if (lacking > 0.0 || newcomer.places > 0) {
@@ -146,9 +159,7 @@ Room::Answer Room::ask(const Newcomer& newcomer) const {
       if (lacking <= 0.0) return answer;  // the caller knows why there is no place
       answer.why_not = "the server has no room: " + occupied() + ", profile " + newcomer.profile->name + " needs " +
                        cores(need.all());
-      if (late_ticks_.closed())
-        answer.why_not += ", and " + std::to_string(late_ticks_.late()) + " of the last " +
-                          std::to_string(late_ticks_.ticks()) + " control ticks were late";
+      if (late_ticks_.closed()) answer.why_not += ", and " + late_ticks_.words();
       return answer;
     }
     for (const std::size_t index : *going) answer.displaced.push_back(seats_[index].session);
@@ -177,10 +188,10 @@ std::optional<Room::Shed> Room::shed(Stamp now) {
   const auto next = shed_next(seats_);
   if (!next) return std::nullopt;
   const Seat& seat = seats_[*next];
-  Shed shed{seat.session, std::to_string(late_ticks_.late()) + " of the last " + std::to_string(late_ticks_.ticks()) +
-                              " control ticks were late, and of " + std::to_string(seats_.size()) +
+  Shed shed{seat.session, late_ticks_.words() + ", and of " + std::to_string(seats_.size()) +
                               " vehicles this one has least priority or came last"};
   late_ticks_.shed(now);
+  hold(now + kHoldShed, taken() - seat.need.all());
   return shed;
 }
 

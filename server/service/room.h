@@ -46,12 +46,16 @@ struct ServerReading {
 /// A vehicle takes what its profile is known to cost (Costs) until it has been heard for kYoung, then what is measured
 /// of it. One that isn't heard, such as a spare session beside another server's, takes nothing. Lockstep takes what is
 /// left. Perception counts up to what its threads can do, since it skips frames. Measuring is a matter of processor
-/// time, not of the clock's: other programs on the same cores change little in it, and show as late ticks (LateTicks),
-/// which close the room by themselves.
+/// time, not of the clock's: other programs on the same cores change little in it, and show as late ticks (LateTicks).
+/// These close the room by themselves, and teach how much the others leave: what was taken while ticks were late is the
+/// most that may be taken for kHold, or kHoldShed when somebody had to go; then the most grows back slowly.
 /// Thread-safe: no (housekeeping).
 class Room {
  public:
   static constexpr std::chrono::nanoseconds kYoung = std::chrono::seconds(2);
+  static constexpr std::chrono::nanoseconds kHold = std::chrono::seconds(10);
+  static constexpr std::chrono::nanoseconds kHoldShed = std::chrono::seconds(60);
+  static constexpr double kGrowth_per_s = 0.01;  ///< of the capacity
 
   Room(const RoomOptions& options, Costs costs);
 
@@ -85,10 +89,10 @@ class Room {
   std::optional<Shed> shed(Stamp now);
 
   const LateTicks& late_ticks() const noexcept { return late_ticks_; }
-  /// Late ticks of the last window's worst vehicle, and whose they are.
+  /// Whose tick was late most lately.
   const std::string& latest() const noexcept { return latest_; }
-  double free() const;  ///< cores for newcomers, at least 0
-  double capacity() const noexcept { return capacity_.all; }
+  double free() const;                            ///< cores for newcomers, at least 0
+  double most() const noexcept { return most_; }  ///< that may be taken now
   double taken() const;
   Need cost_of(const planner::Profile& profile, double camera_rate_hz) const {
     return costs_.of(profile, camera_rate_hz);
@@ -103,6 +107,8 @@ class Room {
     double control = 0.0, perception = 0.0;  ///< cores
   };
   Need load() const;
+  double left_by(const Need& load) const;
+  void hold(Stamp until, double taken);
   void learn(const SessionReading& session, const SessionReading& before, double helped);
   std::string occupied() const;
 
@@ -113,6 +119,8 @@ class Room {
   std::string latest_;
   std::map<std::uint64_t, History> histories_;  // by session
   std::vector<Seat> seats_;                     // of those that take room
+  double most_;                                 // cores that may be taken: the capacity, or what late ticks taught
+  Stamp held_until_{0};                         // not more until then
   double other_ = 0.0;                          // cores of the middleware and all else, as measured
   Stamp measured_at_{0};
   ServerReading server_;

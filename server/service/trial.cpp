@@ -15,8 +15,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::uint64_t kSession = 1;
-constexpr int kSteps = 5;        // of each profile; the first one warms up
-constexpr int kStepsBefore = 2;  // the frame: it needs a pose, which needs states
+constexpr int kSteps = 3;         // of each profile; the first one warms up
+constexpr int kStatesBefore = 2;  // the frame: it needs a pose
 constexpr Stamp kState = 10ms;
 
 protocol::SessionRequest trial_request(const planner::Profile& profile) {
@@ -85,12 +85,13 @@ void try_profile(const planner::Profile& profile, const Factories& factories, Co
   state.state.p_WB = {0.0, 0.0, 1.5};
   state.state.thrust_n = state.state.thrust_command_n = hover_thrust_n(pilot.request().quadrotor);
   std::chrono::nanoseconds stepping{0};
-  for (int i = 0; i < kStepsBefore + kSteps; ++i) {
+  for (int i = 0; i < kStatesBefore + kSteps; ++i) {
     now += kState;
     state.stamp = now;
     ++state.sequence;
     pilot.intake().take_state(state, now);
-    if (i == kStepsBefore) {
+    if (i < kStatesBefore) continue;
+    if (i == kStatesBefore) {
       protocol::DepthFrame frame = drawn_frame(pilot.request());
       frame.stamp = now - kState;
       pilot.intake().take_depth(frame, now);
@@ -101,7 +102,7 @@ void try_profile(const planner::Profile& profile, const Factories& factories, Co
     const bool planned = pilot.stepping().step(now).command != nullptr;
     const auto took = processor_time_of_thread() - before;
     if (planned) pilot.stepping().solved(took);
-    if (i > kStepsBefore) stepping += took;
+    if (i > kStatesBefore) stepping += took;
   }
   costs->learn_step(profile, stepping / (kSteps - 1));
 }

@@ -76,8 +76,8 @@ class Hoverer {
     state.thrust_n = state.thrust_command_n = hover_thrust_n(QuadrotorModel{});
     for (int i = 0; !stop_; ++i) {
       client->send_state(MonotonicClock().now(), state);
-      commands_ = client->statistics().commands;
       if (i % 20 == 0) {
+        commands_ = client->statistics().commands;
         const std::lock_guard lock(mutex_);
         server_ = client->session().server;
       }

@@ -79,7 +79,19 @@ TEST(LateTicks, AFewCloseTheRoomUntilTheyAreForgotten) {
   EXPECT_FALSE(ticks.late.shed_due(ticks.now));
   ticks.pass(3s, 0);
   EXPECT_FALSE(ticks.late.closed());
-  EXPECT_EQ(ticks.late.late(), 0u);
+}
+
+TEST(LateTicks, AFewInEveryWindowAreTooMuchInTheLongRun) {
+  Ticks ticks;
+  for (int i = 0; i < 9; ++i) {  // 0.17 %, two in any two seconds
+    ticks.pass(1s, 0);
+    ticks.late.add(ticks.now += 250ms, 200, 1);
+  }
+  EXPECT_TRUE(ticks.late.closed());
+  EXPECT_TRUE(ticks.late.shed_due(ticks.now));
+  EXPECT_THAT(ticks.late.words(), HasSubstr(" control ticks were late"));
+  ticks.late.shed(ticks.now);
+  EXPECT_FALSE(ticks.late.closed());
 }
 
 TEST(LateTicks, AnOverloadThatPersistsCostsOneSeatAtATime) {
@@ -156,6 +168,8 @@ class RoomTest : public ::testing::Test {
       room_->measure(now_, readings, server_);
     }
   }
+
+  bool late_ticks_closed() const { return room_->late_ticks().closed(); }
 
   struct Flying {
     SessionReading reading;
@@ -241,8 +255,14 @@ TEST_F(RoomTest, LateTicksCloseTheRoom) {
   EXPECT_THAT(answer.why_not, HasSubstr("control ticks were late"));
   EXPECT_EQ(room_->free(), 0.0);
   EXPECT_EQ(room_->latest(), "v1");
-  pass(3s);
-  EXPECT_TRUE(room_->ask(newcomer()).fits);
+  pass(11s);
+  EXPECT_FALSE(late_ticks_closed());
+  EXPECT_FALSE(room_->ask(newcomer()).fits) << "so much was too much";
+  EXPECT_NEAR(room_->most(), room_->taken(), 0.05);
+  pass(60s);
+  EXPECT_TRUE(room_->ask(newcomer()).fits) << "and may not be any more";
+  pass(100s);
+  EXPECT_NEAR(room_->most(), 1.5, 1e-9);
 }
 
 TEST_F(RoomTest, OverloadCostsTheNewestItsSeat) {
@@ -257,6 +277,7 @@ TEST_F(RoomTest, OverloadCostsTheNewestItsSeat) {
   EXPECT_EQ(shed->session, 2u);
   EXPECT_THAT(shed->why, HasSubstr("control ticks were late"));
   EXPECT_FALSE(room_->shed(now_).has_value()) << "one at a time";
+  EXPECT_LT(room_->most(), room_->taken()) << "what was taken was too much";
 }
 
 TEST_F(RoomTest, HigherPriorityDisplacesTheNewestOfTheLowest) {
