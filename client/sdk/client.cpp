@@ -286,6 +286,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
     request.profile = options_.profile;
     request.seed = options_.seed;
     request.speed_limit_m_s = options_.speed_limit_m_s;
+    request.priority = options_.priority;
     request.quadrotor = options_.quadrotor;
     request.actuation = options_.actuation;
     request.camera = options_.camera;

@@ -1,5 +1,6 @@
 #include "client/sdk/session_logic.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace gatefield::sdk {
@@ -14,16 +15,23 @@ Error refusal_in(const protocol::SessionReply& reply) {
 
 }  // namespace
 
+Stamp SessionLogic::pause_after(const protocol::SessionReply& refusal, std::chrono::milliseconds least) {
+  return std::clamp<Stamp>(from_seconds(refusal.retry_after_s), least, kLongestPause);
+}
+
 bool SessionLogic::request_due(Stamp now) {
   const bool wanted =
       phase_ == Phase::kJoining || ((phase_ == Phase::kJoined || phase_ == Phase::kEnded) && silent(now));
   if (!wanted || (next_request_ && now < *next_request_)) return false;
+  refused_.reset();
   next_request_ = now + (phase_ == Phase::kJoining ? kRetry : kSilence);
   return true;
 }
 
 bool SessionLogic::on_reply(const protocol::SessionReply& reply, const dds::ParticipantId& from, Stamp now) {
-  if (reply.request != request_ || phase_ == Phase::kFailed) return false;
+  const bool late_acceptance = reply.accepted && refused_ && reply.request == *refused_;
+  if (phase_ == Phase::kFailed || (reply.request != request_ && !late_acceptance)) return false;
+  request_ = reply.request;
   const bool ours = phase_ != Phase::kJoining && from == server_;
 
   if (reply.accepted) {
@@ -39,15 +47,17 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, const dds::Part
   if (phase_ == Phase::kJoining) {
     refusal_ = refusal_in(reply);
     if (may_pass(reply.code)) {
+      refused_ = request_;
       ++request_;
       if (request_ == 0) request_ = 1;
-      next_request_ = now + kRefusedPause;
+      next_request_ = now + pause_after(reply, kRefusedPause);
     } else {
       phase_ = Phase::kFailed;
     }
   } else if (ours) {
     phase_ = Phase::kEnded;
     refusal_ = refusal_in(reply);
+    if (reply.retry_after_s > 0) next_request_ = now + pause_after(reply, kSilence);
     if (spare_) {
       adopt_spare();
       return true;
@@ -87,6 +97,7 @@ void SessionLogic::adopt(const protocol::SessionReply& reply, const dds::Partici
   session_ = reply;
   server_ = from;
   spare_.reset();
+  refused_.reset();
   refusal_.reset();
   last_command_ = 0;
   unanswered_since_.reset();

@@ -12,13 +12,18 @@ namespace gatefield::sdk {
 /// about it.
 ///
 /// joining --accepted--> joined --refused by our server--> ended --accepted--> joined
-///    |--refused, may_pass(code)--> joining, with a new request number after a pause
+///    |--refused, may_pass(code)--> joining, with a new request number after the pause that the refusal asks for
 ///    '--refused--> failed
 ///
 /// A server is known by its participant; its name is only what it says. Once joined, nobody but the participant whose
 /// acceptance was adopted can refuse the session or replace it. An acceptance of the same request by another one is a
 /// spare's, adopted when ours is silent although states were sent: for kSilence, or, where it has our server's name (it
 /// restarted), for kSilenceOfName.
+///
+/// Of several servers one may refuse what another one accepts a moment later: until the next request goes out, an
+/// acceptance of the one before is as good.
+///
+/// A refusal that says when asking again is worth while (SessionReply::retry_after_s) is obeyed, up to kLongestPause.
 ///
 /// A request is sent again every kRetry while joining, and every kSilence while the server is silent (servers answer a
 /// number that they know already with the same reply).
@@ -27,7 +32,8 @@ namespace gatefield::sdk {
 class SessionLogic {
  public:
   static constexpr std::chrono::milliseconds kRetry{500};
-  static constexpr std::chrono::milliseconds kRefusedPause{250};
+  static constexpr std::chrono::milliseconds kRefusedPause{250};  ///< where the refusal names none
+  static constexpr std::chrono::milliseconds kLongestPause{60'000};
   static constexpr std::chrono::milliseconds kSilence{1000};
   static constexpr std::chrono::milliseconds kSilenceOfName{500};  ///< longer than any plan: it falls back already
 
@@ -67,6 +73,7 @@ class SessionLogic {
     protocol::SessionReply reply;
     dds::ParticipantId from;
   };
+  static Stamp pause_after(const protocol::SessionReply& refusal, std::chrono::milliseconds least);
   void adopt_spare();
   void adopt(const protocol::SessionReply& reply, const dds::ParticipantId& from);
   bool silent(Stamp now, std::chrono::milliseconds limit = kSilence) const {
@@ -75,6 +82,7 @@ class SessionLogic {
 
   Phase phase_ = Phase::kJoining;
   std::uint64_t request_;
+  std::optional<std::uint64_t> refused_;  // number of the attempt before, while no request has gone out since
   std::optional<Error> refusal_;
   protocol::SessionReply session_;
   dds::ParticipantId server_;

@@ -100,6 +100,11 @@ void declare(CLI::App* app, Arguments* a) {
   app->add_option("--name", a->name, "Name of the vehicle on the wire; one client per name")
       ->capture_default_str()
       ->group("Server");
+  app->add_option("--priority", a->priority,
+                  "0 to 9: who has least is refused, or sent away, first when the server can't serve all")
+      ->check(CLI::Range(0, int{protocol::kMaxPriority}))
+      ->capture_default_str()
+      ->group("Server");
   app->add_option("--server", a->server, "Name of the one server that may answer (default: whichever does first)")
       ->group("Server");
   app->add_option("--domain", a->domain, "DDS domain")
@@ -267,6 +272,7 @@ Result<sdk::Options> link_options(const Arguments& a, const config::Scenario& sc
   link.server = a.server;
   link.profile = a.profile;
   link.speed_limit_m_s = a.speed_m_s;
+  link.priority = static_cast<std::uint8_t>(a.priority);
   link.connect_timeout = std::chrono::milliseconds(std::lround(1000 * a.connect_timeout_s));
   return link;
 }

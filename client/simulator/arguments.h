@@ -24,6 +24,7 @@ struct Arguments {
   double speed_m_s = 0.0;
   std::string profile = "race";
   std::string name = "drone", server;
+  int priority = protocol::kUsualPriority;
   std::uint32_t domain = 0;
   dds::NetworkOptions network;
   bool lockstep = false, real_time = false, depth_metres = false, quiet = false;

@@ -438,4 +438,25 @@ Status from_wire(const wire::Telemetry& in, protocol::Telemetry* out) {
   return protocol::validate(*out);
 }
 
+void to_wire(const protocol::ServerStatus& in, wire::ServerStatus* out) {
+  out->version(in.version);
+  out->name() = in.name;
+  out->room_cores(in.room_cores);
+  out->sessions(in.sessions);
+  out->accepts(in.accepts);
+  out->isa() = in.isa;
+  out->model_hash(in.model_hash);
+}
+
+Status from_wire(const wire::ServerStatus& in, protocol::ServerStatus* out) {
+  out->version = in.version();
+  out->name = in.name().c_str();
+  out->room_cores = in.room_cores();
+  out->sessions = in.sessions();
+  out->accepts = in.accepts();
+  out->isa = in.isa().c_str();
+  out->model_hash = in.model_hash();
+  return protocol::validate(*out);
+}
+
 }  // namespace gatefield::dds

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/protocol/messages.h"
+#include "common/protocol/server_status.h"
 #include "common/protocol/validate.h"
 #include "gatefield_idl/gatefield.h"
 
@@ -19,6 +20,7 @@ void to_wire(const protocol::SessionReply& in, wire::SessionReply* out);
 void to_wire(const protocol::VehicleState& in, wire::VehicleState* out);
 void to_wire(const protocol::ThrustRateCommand& in, wire::ThrustRateCommand* out);
 void to_wire(const protocol::Telemetry& in, wire::Telemetry* out);
+void to_wire(const protocol::ServerStatus& in, wire::ServerStatus* out);
 /// Everything but the pixels, which callers swap.
 void header_to_wire(const protocol::DepthFrame& in, wire::DepthFrame* out);
 
@@ -27,6 +29,7 @@ Status from_wire(const wire::SessionReply& in, protocol::SessionReply* out);
 Status from_wire(const wire::VehicleState& in, protocol::VehicleState* out);
 Status from_wire(const wire::ThrustRateCommand& in, protocol::ThrustRateCommand* out);
 Status from_wire(const wire::Telemetry& in, protocol::Telemetry* out);
+Status from_wire(const wire::ServerStatus& in, protocol::ServerStatus* out);
 /// Swaps the pixels out of `in`. The frame is checked in itself: any size a camera may have, a known encoding, the
 /// right byte count.
 Status from_wire(wire::DepthFrame* in, protocol::DepthFrame* out);

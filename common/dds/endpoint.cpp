@@ -18,6 +18,8 @@ const char* topic_name(Topic topic) noexcept {
       return "gatefield/vehicle/command";
     case Topic::kTelemetry:
       return "gatefield/telemetry";
+    case Topic::kServerStatus:
+      return "gatefield/server/status";
   }
   return "gatefield/unknown";
 }
@@ -52,6 +54,8 @@ std::string_view sentence(SampleFault fault) noexcept {
   switch (fault) {
     case SampleFault::kNone:
       return "nothing";
+    case SampleFault::kElsewhere:
+      return "another server has its session";
     case SampleFault::kStranger:
       return "another participant has that session or number, or nobody";
     case SampleFault::kTooManyNames:

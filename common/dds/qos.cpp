@@ -62,7 +62,9 @@ int history_depth(Topic topic, const TransportOptions& transport) {
   return topic == Topic::kDepthFrame ? std::clamp(transport.depth_history, 1, 64) : 1;
 }
 
-bool reliable(Topic topic) { return topic != Topic::kVehicleState && topic != Topic::kTelemetry; }
+bool reliable(Topic topic) {
+  return topic != Topic::kVehicleState && topic != Topic::kTelemetry && topic != Topic::kServerStatus;
+}
 bool transient_local(Topic topic) { return topic == Topic::kSessionRequest || topic == Topic::kSessionReply; }
 
 // A depth frame's type may hold 6.5 MB; its memory grows to the size in use instead.

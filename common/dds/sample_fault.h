@@ -8,6 +8,7 @@ namespace gatefield::dds {
 /// Why a sample is not taken from whom it came.
 enum class SampleFault : std::uint8_t {
   kNone,
+  kElsewhere,     ///< of a vehicle that asked here, too, and flies by another server: no fault, and not wanted
   kStranger,      ///< another participant has the vehicle's session, or nobody; or the number is another's
   kTooManyNames,  ///< more vehicles than one participant, or all together, may ask for
   kNotItsName,    ///< of a domain that is closed to strangers: its certificate is another vehicle's

@@ -29,6 +29,8 @@ using DepthReader = Reader<wire::DepthFramePubSubType>;
 using ReplyWriter = Writer<wire::SessionReplyPubSubType>;
 using CommandWriter = Writer<wire::ThrustRateCommandPubSubType>;
 using TelemetryWriter = Writer<wire::TelemetryPubSubType>;
+using StatusWriter = Writer<wire::ServerStatusPubSubType>;
+using StatusReader = Reader<wire::ServerStatusPubSubType>;
 
 Error unreadable() { return Error("the sample is no sample of this topic's type"); }
 
@@ -61,6 +63,7 @@ class Server final : public ServerEndpoint {
     // Writers first: an answer must be possible when the first request comes in.
     if (auto s = keep(ReplyWriter::open(participant_.get(), Topic::kSessionReply), &replies_); !s) return s;
     if (auto s = keep(TelemetryWriter::open(participant_.get(), Topic::kTelemetry), &telemetry_); !s) return s;
+    if (auto s = keep(StatusWriter::open(participant_.get(), Topic::kServerStatus), &status_); !s) return s;
 
     const auto on_unreadable = [this](Topic topic) {
       return [this, topic] { handler_->on_rejected(topic, "", unreadable()); };
@@ -70,6 +73,10 @@ class Server final : public ServerEndpoint {
         return this->admits(topic, vehicle, from, bytes);
       };
     };
+    StatusReader::Callbacks on_status{
+        [this](wire::ServerStatus* sample, const Origin& origin) { this->on_status(*sample, origin); }, nullptr,
+        on_unreadable(Topic::kServerStatus)};
+    if (auto s = keep(StatusReader::open(participant_.get(), Topic::kServerStatus, on_status), &others_); !s) return s;
     StateReader::Callbacks on_state{[this](wire::VehicleState* sample, const Origin&) { this->on_state(*sample); },
                                     nullptr, on_unreadable(Topic::kVehicleState), admits(Topic::kVehicleState)};
     if (auto s = keep(StateReader::open(participant_.get(), Topic::kVehicleState, on_state), &states_); !s) return s;
@@ -88,6 +95,7 @@ class Server final : public ServerEndpoint {
     requests_.reset();
     frames_.reset();
     states_.reset();
+    others_.reset();
     if (replies_) {
       for (const auto& [vehicle, writer] : commands_) replies_->withdraw(vehicle);
       if (!commands_.empty()) replies_->flush(200);
@@ -95,6 +103,7 @@ class Server final : public ServerEndpoint {
     commands_.clear();
     replies_.reset();
     telemetry_.reset();
+    status_.reset();
     participant_.reset();
   }
 
@@ -142,6 +151,15 @@ class Server final : public ServerEndpoint {
     return telemetry_->write([&](wire::Telemetry* sample) { to_wire(telemetry, sample); });
   }
 
+  bool publish(const protocol::ServerStatus& status) noexcept override {
+    try {
+      if (!protocol::validate(status).ok()) return false;
+    } catch (...) {
+      return false;
+    }
+    return status_->write([&](wire::ServerStatus* sample) { to_wire(status, sample); });
+  }
+
   void drop_vehicle(const std::string& vehicle) override {
     std::shared_ptr<CommandWriter> writer;  // goes outside the lock, and after a publish() that still uses it
     {
@@ -184,7 +202,7 @@ class Server final : public ServerEndpoint {
                   ? SampleFault::kNotItsName
                   : speakers_.may_ask(from, vehicle, clock_.now());
     }
-    if (fault != SampleFault::kNone) drops_.count(fault, topic, vehicle, from);
+    if (fault != SampleFault::kNone && fault != SampleFault::kElsewhere) drops_.count(fault, topic, vehicle, from);
     return fault == SampleFault::kNone;
   }
 
@@ -272,6 +290,17 @@ class Server final : public ServerEndpoint {
     frame_.pixels.swap(sample->pixels());  // the buffer goes back to where the next image is read into
   }
 
+  void on_status(const wire::ServerStatus& sample, const Origin& origin) {
+    if (origin.participant == own_id()) return;
+    const Status verdict = from_wire(sample, &other_);
+    if (verdict.ok())
+      handler_->on_server_status(origin.participant, other_);
+    else
+      reject(Topic::kServerStatus, "", verdict);
+  }
+
+  ParticipantId own_id() const { return id_of(participant_->raw()->guid().guidPrefix); }
+
   void reject(Topic topic, const std::string& vehicle, const Status& verdict) {
     const bool named = protocol::validate_name("vehicle", vehicle).ok();
     handler_->on_rejected(topic, named ? vehicle : std::string(), verdict.failure());
@@ -297,9 +326,12 @@ class Server final : public ServerEndpoint {
   protocol::SessionRequest request_;
   protocol::VehicleState state_;
   protocol::DepthFrame frame_;
+  protocol::ServerStatus other_;
 
   std::unique_ptr<ReplyWriter> replies_;
   std::unique_ptr<TelemetryWriter> telemetry_;
+  std::unique_ptr<StatusWriter> status_;
+  std::unique_ptr<StatusReader> others_;
   std::unique_ptr<StateReader> states_;
   std::unique_ptr<DepthReader> frames_;
   std::unique_ptr<RequestReader> requests_;

@@ -7,6 +7,7 @@
 #include "common/base/result.h"
 #include "common/dds/endpoint.h"
 #include "common/protocol/messages.h"
+#include "common/protocol/server_status.h"
 
 namespace gatefield::dds {
 
@@ -35,6 +36,12 @@ class ServerHandler {
 
   /// Another server of this name is in the domain: somebody should give it another one, or stop it. Once for each.
   virtual void on_namesake(const ParticipantId& participant) { static_cast<void>(participant); }
+
+  /// Another server says how it is, a few times a second. Anybody can say so.
+  virtual void on_server_status(const ParticipantId& from, const protocol::ServerStatus& status) {
+    static_cast<void>(from);
+    static_cast<void>(status);
+  }
 
   /// A sample was dropped; `vehicle` is empty when the name itself was bad. Called once per dropped sample: rate-limit
   /// logs.
@@ -67,6 +74,8 @@ class ServerEndpoint {
   /// the middleware refuses it.
   virtual bool publish(const protocol::ThrustRateCommand& command) noexcept = 0;
   virtual bool publish(const protocol::Telemetry& telemetry) noexcept = 0;
+  /// To the other servers of the domain.
+  virtual bool publish(const protocol::ServerStatus& status) noexcept = 0;
 
   /// The session is over: closes the vehicle's command writer and withdraws its reply. Nothing happens for unknown
   /// names.

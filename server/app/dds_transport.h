@@ -24,6 +24,7 @@ class DdsTransport final : public service::Transport, public dds::ServerHandler 
   }
   bool send(const protocol::ThrustRateCommand& command) noexcept override { return endpoint_->publish(command); }
   bool send(const protocol::Telemetry& telemetry) noexcept override { return endpoint_->publish(telemetry); }
+  void tell_servers(const protocol::ServerStatus& status) override { endpoint_->publish(status); }
   void forget(const std::string& vehicle) override { endpoint_->drop_vehicle(vehicle); }
 
   // What vehicles say.
@@ -34,6 +35,9 @@ class DdsTransport final : public service::Transport, public dds::ServerHandler 
   void on_depth(protocol::DepthFrame& frame) override { service_->on_depth(frame); }
   void on_vehicle_gone(const std::string& vehicle, std::uint64_t request) override {
     service_->on_gone(vehicle, request);
+  }
+  void on_server_status(const dds::ParticipantId& from, const protocol::ServerStatus& status) override {
+    service_->on_server_status(from.bytes, status);
   }
   void on_namesake(const dds::ParticipantId& participant) override {
     unsigned held = 0;

@@ -17,6 +17,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/logging.h"
+#include "common/base/text.h"
 #include "common/config/locate.h"
 #include "common/dds/discovery_server.h"
 #include "common/dds/environment.h"
@@ -32,6 +33,7 @@
 #include "server/kernels/crew.h"
 #include "server/planner/planner.h"
 #include "server/service/service.h"
+#include "server/service/trial.h"
 
 namespace gatefield::app {
 namespace {
@@ -132,6 +134,16 @@ void end_as_deaf(std::atomic<bool>* deaf) {
   std::_Exit(kDeaf);
 }
 
+/// What vehicles will cost, and the log says so.
+service::Costs tried(const service::Profiles& profiles, const service::Factories& made_from) {
+  service::Costs costs = service::costs_by_trial(profiles, made_from);
+  std::string words;
+  for (const auto& [name, profile] : profiles)
+    words += (words.empty() ? "" : ", ") + name + " " + fixed(costs.of(profile, default_camera().rate_hz).all(), 3);
+  log::info("cores that a vehicle takes, by profile: " + words);
+  return costs;
+}
+
 }  // namespace
 
 int serve(const std::string& program, const Options& options,
@@ -164,6 +176,9 @@ int serve(const std::string& program, const Options& options,
   serving.model_hash = eyes->model_hash;
   serving.model_gate_inner_half_m = eyes->gate_inner_half_m;
   serving.profiles = *profiles;
+  serving.utilisation = options.utilisation;
+  serving.max_priority = static_cast<std::uint8_t>(options.max_priority);
+  const service::Factories made_from = factories(options, *eyes, {.crew = &crew, .backend = *backend});
 
   log::info("GATEFIELD " GATEFIELD_VERSION ", instruction set " + serving.isa + ", " + eyes->words);
   for (const std::string& warning : eyes->warnings) log::warn(warning);
@@ -171,14 +186,14 @@ int serve(const std::string& program, const Options& options,
   log::info("profiles " + names_of(*profiles) + " (" + folder->string() + "), " +
             std::to_string(serving.control_threads) + " control and " + std::to_string(serving.perception_threads) +
             " perception threads, at most " + std::to_string(serving.max_vehicles) + " vehicles");
+  if (options.utilisation > 0.0) serving.costs = tried(*profiles, made_from);
   if (options.realtime)
     if (const std::string why = lock_memory(); !why.empty()) log::warn(why);
 
   const MonotonicClock clock;
   dds::set_library_log([](const std::string& line) { log::warn(line); });
   DdsTransport transport;
-  service::Service service(serving, factories(options, *eyes, {.crew = &crew, .backend = *backend}), &clock,
-                           &transport);
+  service::Service service(serving, made_from, &clock, &transport);
   transport.attach(&service);
   std::atomic<std::uint64_t> packets_dropped{0};
   const auto on_packets_dropped = [&packets_dropped](const dds::DroppedPackets& dropped) {
@@ -245,6 +260,17 @@ void add_options(CLI::App* app, Options* options) {
       ->capture_default_str();
   app->add_option("--max-vehicles", options->max_vehicles, "Vehicles served at once; more are told that it is busy")
       ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  app->add_option("--utilisation", options->utilisation,
+                  "Part of the cores that vehicles may take, as measured; who is beyond is told that there is no room, "
+                  "and late ticks cost the newest its session. 0: neither, --max-vehicles alone counts")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app->add_option(
+         "--max-priority", options->max_priority,
+         "Priority that requests may have, 0 to 9; more counts as this. With more than 5, vehicles can displace "
+         "those of the usual priority")
+      ->check(CLI::Range(0, int{protocol::kMaxPriority}))
       ->capture_default_str();
   std::string isas = "auto";
   for (const auto* backend : kernels::available_backends()) isas += ", " + std::string(backend->name());

@@ -33,6 +33,8 @@ struct Options {
   int threads = 0;
   int perception_threads = 1;
   int max_vehicles = 8;
+  double utilisation = 0.75;
+  int max_priority = protocol::kUsualPriority;
   std::string isa = "auto";
   std::string log_level = "info";
   std::string log_format = "text";

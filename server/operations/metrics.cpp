@@ -4,6 +4,7 @@
 #include <prometheus/text_serializer.h>
 
 #include <limits>
+#include <map>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -36,6 +37,11 @@ class Page {
     MetricFamily family{name, help, MetricType::Gauge, {}};
     for (const auto& vehicle : figures.vehicles)
       add(&family, static_cast<double>(value(vehicle)), {{"vehicle", vehicle.telemetry.vehicle}});
+    families_.push_back(std::move(family));
+  }
+  void costs(const char* name, const char* help, const std::map<std::string, double>& by_profile) {
+    MetricFamily family{name, help, MetricType::Gauge, {}};
+    for (const auto& [profile, cores] : by_profile) add(&family, cores, {{"profile", profile}});
     families_.push_back(std::move(family));
   }
   void problems(const char* name, const char* help, const service::Figures& figures) {
@@ -96,6 +102,18 @@ void tell_totals(Page* page, const service::Figures& figures) {
   page->step_times("gatefield_step_seconds", "What a control step took, from its begin to its plan.", totals.steps);
 }
 
+void tell_room(Page* page, const service::Figures& figures) {
+  page->gauge("gatefield_capacity_cores", "Cores that vehicles may take.", figures.room.capacity);
+  page->gauge("gatefield_load_cores", "Cores that vehicles take.", figures.room.taken);
+  page->gauge("gatefield_room_cores", "Cores for newcomers; 0 also while ticks are late.", figures.room.free);
+  page->costs("gatefield_vehicle_cost_cores", "What a vehicle takes that nobody has measured yet, cores.",
+              figures.room.cost_cores);
+  page->counter("gatefield_sessions_shed_total", "Sessions that ended because control ticks were late.",
+                static_cast<double>(figures.sessions_shed));
+  page->counter("gatefield_sessions_displaced_total", "Sessions that ended for a vehicle of higher priority.",
+                static_cast<double>(figures.sessions_displaced));
+}
+
 void tell_vehicles(Page* page, const service::Figures& figures) {
   using Vehicle = service::Figures::Vehicle;
   page->by_vehicle("gatefield_vehicle_silent_seconds", "Since the newest good state came.", figures,
@@ -141,6 +159,7 @@ std::string metrics(const ServerWords& words, const service::Figures& figures, c
   page.gauge("gatefield_well", "1: it does its work, as /healthz says.", health.well ? 1.0 : 0.0);
   page.gauge("gatefield_sessions", "Vehicles that have a session now.", static_cast<double>(figures.vehicles.size()));
   tell_totals(&page, figures);
+  tell_room(&page, figures);
   page.counter("gatefield_packets_dropped_total", "From the network, that the middleware was not shown.",
                static_cast<double>(packets_dropped));
   tell_vehicles(&page, figures);

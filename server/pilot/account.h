@@ -30,6 +30,9 @@ class Account {
   std::atomic<std::int64_t> encode_time_ns{0};                      ///< of the newest frame
   std::array<Counter, kErrorCodes> noted{};                         ///< note() by its code
   StepTimes steps;
+  std::atomic<std::int64_t> step_cpu_ns{0};  ///< processor time of all steps, of the threads that made them
+  std::atomic<std::int64_t> look_cpu_ns{0};  ///< of all looks at frames
+  Counter frames_looked_at{0};
 
   /// Why a sample was not used. Texts are cut to what telemetry carries, without control characters.
   void note(Note note);

@@ -29,6 +29,11 @@ class Looking {
   void looked(std::chrono::nanoseconds took) noexcept {
     shared_->account.encode_time_ns.store(took.count(), std::memory_order_relaxed);
   }
+  /// Processor time of a look(), by whoever measures it.
+  void spent(std::chrono::nanoseconds cpu) noexcept {
+    shared_->account.look_cpu_ns.fetch_add(cpu.count(), std::memory_order_relaxed);
+    Account::count(shared_->account.frames_looked_at);
+  }
 
   /// Hands what is remembered of the waypoints' gates to the control side. @param frame  that was looked at last
   void publish(const Targets& targets, std::uint64_t frame) noexcept;

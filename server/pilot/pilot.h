@@ -67,6 +67,8 @@ class Pilot {
   // ---- for people (one thread: housekeeping) ----------------------------------------------------------------------
   void fill(Stamp now, protocol::Telemetry* telemetry);
   const Account& account() const noexcept { return shared_.account; }
+  /// How the newest step found things.
+  const protocol::PlannerHealth& health();
   /// What is wrong now.
   protocol::Problems problems() { return health().problems; }
   /// What went wrong since the last call, for the log: empty when nothing did.
@@ -86,8 +88,6 @@ class Pilot {
   Status restore(std::string_view bytes, std::chrono::nanoseconds clock_ahead = std::chrono::nanoseconds{0});
 
  private:
-  const protocol::PlannerHealth& health();
-
   const protocol::SessionRequest request_;
   const std::uint64_t session_;
   const std::string isa_;

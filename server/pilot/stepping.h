@@ -40,8 +40,8 @@ namespace gatefield::pilot {
 /// Mailboxes::healths alone. The watches decide no command, so they are not written down with the rest.
 ///
 /// Each step() that gives a command is followed by solved(), and by sent() once the command was handed over.
-/// Thread-safe: no (one control thread at a time).   Real-time safe: step(), solved(), sent() and missed_deadlines():
-/// no allocation, lock, log, clock or system call.
+/// Thread-safe: no (one control thread at a time).   Real-time safe: step(), solved(), sent(), spent() and
+/// missed_deadlines(): no allocation, lock, log, clock or system call.
 class Stepping {
  public:
   static constexpr std::chrono::nanoseconds kSilence = std::chrono::milliseconds(500);
@@ -75,6 +75,10 @@ class Stepping {
   void solved(std::chrono::nanoseconds took) noexcept;
   /// The command was handed to the transport. @param ok  what the transport said
   void sent(Stamp now, bool ok) noexcept;
+  /// Processor time of a step, by whoever measures it.
+  void spent(std::chrono::nanoseconds cpu) noexcept {
+    shared_->account.step_cpu_ns.fetch_add(cpu.count(), std::memory_order_relaxed);
+  }
   void missed_deadlines(std::uint64_t count) noexcept { Account::count(shared_->account.deadlines_missed, count); }
 
   planner::Planner& planner() noexcept { return *planner_; }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,13 @@ struct Figures {
       return *this;
     }
   };
+  /// Processor time, cores.
+  struct Room {
+    double capacity = 0.0;  ///< that vehicles may take now
+    double taken = 0.0;
+    double free = 0.0;                         ///< for newcomers; 0 also while ticks are late
+    std::map<std::string, double> cost_cores;  ///< of a vehicle with the usual camera, by profile
+  };
   struct Vehicle {
     protocol::Telemetry telemetry;
     double silent_s = 0.0;  ///< since its newest good state came
@@ -50,7 +58,10 @@ struct Figures {
   std::uint64_t sessions_begun = 0;
   std::uint64_t strays = 0;  ///< samples for vehicles that have no session here
   ByCode requests_refused{};
-  std::vector<Vehicle> vehicles;  ///< that have a session
+  Room room;
+  std::uint64_t sessions_shed = 0;       ///< ended because ticks were late
+  std::uint64_t sessions_displaced = 0;  ///< ended for a vehicle of higher priority
+  std::vector<Vehicle> vehicles;         ///< that have a session
 };
 
 }  // namespace gatefield::service

@@ -45,7 +45,8 @@ Service::Service(ServiceOptions options, Factories factories, const Clock* clock
       profiles_(options_.profiles),
       factories_(std::move(factories)),
       clock_(clock),
-      transport_(transport) {}
+      transport_(transport),
+      room_(room_options(options_), options_.costs) {}
 
 Service::~Service() { stop(); }
 
@@ -154,6 +155,13 @@ std::shared_ptr<pilot::Pilot> Service::session_of(const std::string& vehicle) co
   return found == sessions_.end() ? nullptr : found->second;
 }
 
+std::vector<std::shared_ptr<pilot::Pilot>> Service::pilots() const {
+  const std::shared_lock lock(sessions_mutex_);
+  std::vector<std::shared_ptr<pilot::Pilot>> all;
+  for (const auto& [vehicle, pilot] : sessions_) all.push_back(pilot);
+  return all;
+}
+
 std::size_t Service::sessions() const {
   const std::shared_lock lock(sessions_mutex_);
   return sessions_.size();
@@ -184,6 +192,7 @@ void Service::housekeep() {
     if (const auto* const asked = std::get_if<Asked>(&item)) {
       answer(*asked);
     } else if (const auto* const gone = std::get_if<Gone>(&item)) {
+      forget_waiting(gone->vehicle, gone->request);
       const std::shared_ptr<pilot::Pilot> pilot = session_of(gone->vehicle);
       if (pilot && pilot->request().request == gone->request) end(pilot, "its client is gone");
     } else {
@@ -192,11 +201,8 @@ void Service::housekeep() {
   }
 
   const Stamp now = clock_->now();
-  std::vector<std::shared_ptr<pilot::Pilot>> all;
-  {
-    const std::shared_lock lock(sessions_mutex_);
-    for (const auto& [vehicle, pilot] : sessions_) all.push_back(pilot);
-  }
+  answer_those_that_waited(now);
+  std::vector<std::shared_ptr<pilot::Pilot>> all = pilots();
   for (const auto& pilot : all) {
     const auto limit = pilot->lockstep() ? options_.abandon_lockstep_after : options_.abandon_after;
     const auto silent = now - pilot->intake().last_heard();
@@ -204,7 +210,10 @@ void Service::housekeep() {
     const std::string why = "no state came for " + text(seconds(limit)) + " s";
     end(pilot, why, Error("session ended: " + why, ErrorCode::kAbandoned));
   }
-  std::erase_if(all, [this](const auto& pilot) { return session_of(pilot->vehicle()) != pilot; });
+  const auto ended = [this](const auto& pilot) { return session_of(pilot->vehicle()) != pilot; };
+  std::erase_if(all, ended);
+  watch_room(all, now);
+  std::erase_if(all, ended);
   tell(all, now);
   if (now >= next_figures_) {
     next_figures_ = now + options_.figures_period;
@@ -225,6 +234,7 @@ void Service::make_figures(const std::vector<std::shared_ptr<pilot::Pilot>>& pil
   made->sessions_begun = sessions_begun_;
   made->strays = strays();
   made->requests_refused = requests_refused_;
+  fill_room(made.get());
   for (const auto& pilot : pilots) {
     Figures::Vehicle& vehicle = made->vehicles.emplace_back();
     pilot->fill(now, &vehicle.telemetry);
@@ -282,12 +292,14 @@ void Service::answer(const Asked& asked) {
 
   std::shared_ptr<pilot::Pilot> live = session_of(request.vehicle);
   if (request.action == protocol::SessionRequest::Action::kLeave) {
+    forget_waiting(request.vehicle, request.request);
     if (live && live->request().request == request.request) end(live, "it left");
     return;
   }
   if (live && live->request().request == request.request) return transport_->send(reply_to(*live));
 
   const Stamp now = clock_->now();
+  if (left_to_others(asked, now)) return;
   const auto silent = [&](const pilot::Pilot& pilot) { return now - pilot.intake().last_heard(); };
   const auto stale = [&](const pilot::Pilot& pilot) { return silent(pilot) > options_.stale_after; };
   if (live && !stale(*live)) {
@@ -302,25 +314,16 @@ void Service::answer(const Asked& asked) {
   }
   if (const Status known = check_profile(request); !known) return refuse(request, known.failure());
 
-  // One that nobody hears of makes room. It ends only when the vehicle can have its place, and a planner, which takes
-  // time to make, is only made when there is a place.
-  std::shared_ptr<pilot::Pilot> giving_way;
-  if (!live && sessions() >= static_cast<std::size_t>(options_.max_vehicles)) {
-    {
-      const std::shared_lock lock(sessions_mutex_);
-      for (const auto& [vehicle, pilot] : sessions_)
-        if (stale(*pilot) && (!giving_way || silent(*pilot) > silent(*giving_way))) giving_way = pilot;
-    }
-    if (!giving_way)
-      return refuse(request, Error("the server flies " + std::to_string(sessions()) +
-                                       " vehicles, which is its limit (--max-vehicles)",
-                                   ErrorCode::kBusyServer));
-  }
+  // Others end only when the vehicle can have their place, and a planner, which takes time to make, is only made when
+  // there is a place.
+  const auto place = place_for(request, live.get(), now);
+  if (!place) return refuse_for_want_of_room(request, place.failure());
   auto parts = parts_for(request);
   if (!parts) return refuse(request, parts.failure());
-  if (giving_way)
-    end(giving_way, "its place was needed and no state came of late",
-        Error("session ended: no state came and its place was needed", ErrorCode::kAbandoned));
+  for (const Ending& ending : *place) {
+    if (ending.told.code == ErrorCode::kBusyServer) ++sessions_displaced_;
+    end(ending.pilot, ending.why, ending.told, ending.retry_after_s);
+  }
   if (live) {
     log::info("vehicle " + request.vehicle + ": taken over by request " + std::to_string(request.request) +
               ", no state came for " + text(seconds(silent(*live))) + " s");
@@ -381,6 +384,7 @@ void Service::accept(pilot::PilotParts parts) {
     control_->add(pilot);
   }
   ++sessions_begun_;
+  room_.enter(newcomer(request), pilot->session(), request.vehicle, clock_->now());
   // Last: the first state may come as soon as the vehicle hears of it, and has to find somebody to wake.
   transport_->send(reply_to(*pilot));
   const planner::Profile& profile = profiles_.at(request.profile);
@@ -388,6 +392,9 @@ void Service::accept(pilot::PilotParts parts) {
       "vehicle " + request.vehicle + ": session " + std::to_string(pilot->session()) + ", profile " + profile.name +
       ", " + (pilot->lockstep() ? "lockstep" : "real time at " + text(profile.control_rate_hz) + " Hz") + ", " +
       std::to_string(request.course.waypoints.size()) + " waypoints, " + std::to_string(request.course.laps) + " laps");
+  if (priority_of(request) != request.priority)
+    log::warn("vehicle " + request.vehicle + ": priority " + std::to_string(request.priority) + " counts as " +
+              std::to_string(priority_of(request)) + " (--max-priority)");
   warn_of_openings(request);
 }
 
@@ -403,15 +410,15 @@ void Service::warn_of_openings(const protocol::SessionRequest& request) const {
   }
 }
 
-void Service::refuse(const protocol::SessionRequest& request, const Error& why) {
+void Service::refuse(const protocol::SessionRequest& request, const Error& why, double retry_after_s) {
   ++requests_refused_[index(why.code)];
-  tell_no(request, why);
+  tell_no(request, why, retry_after_s);
   unsigned held = 0;
   if (refusal_log_.admit(clock_->now(), &held))
     log::warn("vehicle " + request.vehicle + ": refused, " + why.message + and_others(held));
 }
 
-void Service::tell_no(const protocol::SessionRequest& request, const Error& why) {
+void Service::tell_no(const protocol::SessionRequest& request, const Error& why, double retry_after_s) {
   protocol::SessionReply reply;
   reply.version = request.version;
   reply.vehicle = request.vehicle;
@@ -423,6 +430,7 @@ void Service::tell_no(const protocol::SessionRequest& request, const Error& why)
   reply.value = shown(why.value, protocol::kMaxFieldLength);
   reply.expected = shown(why.expected, protocol::kMaxFieldLength);
   reply.server = options_.name;
+  reply.retry_after_s = retry_after_s;
   transport_->send(reply);
 }
 
@@ -441,15 +449,15 @@ protocol::SessionReply Service::reply_to(pilot::Pilot& pilot) const {
   return reply;
 }
 
-void Service::end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string& why,
-                  const std::optional<Error>& told) {
+void Service::end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string& why, const std::optional<Error>& told,
+                  double retry_after_s) {
   {
     const std::unique_lock lock(sessions_mutex_);
     const auto found = sessions_.find(pilot->vehicle());
     if (found != sessions_.end() && found->second == pilot) sessions_.erase(found);
   }
   detach(*pilot);
-  if (told) tell_no(pilot->request(), *told);
+  if (told) tell_no(pilot->request(), *told, retry_after_s);
   transport_->forget(pilot->vehicle());
   told_.erase(pilot->vehicle());
   log::info("vehicle " + pilot->vehicle() + ": session " + std::to_string(pilot->session()) + " ended, " + why);
@@ -462,6 +470,7 @@ void Service::detach(const pilot::Pilot& pilot) {
     perception_->remove(&pilot);
   }
   ended_ += totals_of(pilot.account());
+  room_.leave(pilot.session());
 }
 
 }  // namespace gatefield::service

@@ -25,6 +25,8 @@
 #include "server/planner/planner.h"
 #include "server/planner/profile.h"
 #include "server/service/figures.h"
+#include "server/service/neighbours.h"
+#include "server/service/room.h"
 #include "server/service/transport.h"
 #include "server/service/workers.h"
 
@@ -45,6 +47,11 @@ struct ServiceOptions {
   /// The opening the model was trained for; 0 = any. A course with another one is warned of.
   double model_gate_inner_half_m = 0.0;
   Profiles profiles;
+  double utilisation = 0.0;   ///< part of the cores that vehicles may take (RoomOptions); 0: only max_vehicles counts
+  double cores_usable = 0.0;  ///< of this process; 0 = usable_cores()
+  Costs costs;                ///< what vehicles cost, as far as it is known
+  /// Requests that ask for more are treated as if they asked for this: who may displace whom is the operator's to say.
+  std::uint8_t max_priority = protocol::kMaxPriority;
   std::chrono::nanoseconds stale_after = std::chrono::seconds(1);     ///< without a state, the name may be taken over
   std::chrono::nanoseconds abandon_after = std::chrono::seconds(10);  ///< without a state, a real-time session ends
   std::chrono::nanoseconds abandon_lockstep_after = std::chrono::seconds(60);  ///< simulators may be paused
@@ -77,6 +84,12 @@ struct Factories {
 /// session by itself it says so with a refusal of the request that was accepted (kAbandoned, kLeaving): the client then
 /// joins anew.
 ///
+/// Room. Newcomers are admitted while those who fly keep their deadlines (Room); a refusal for want of room says what
+/// is taken and when to ask again, and a newcomer displaces vehicles of lower priority. When ticks are late for long
+/// the newest vehicle of the lowest priority is sent away, never one that races unless a vehicle of higher priority
+/// suffers. Servers of a domain tell each other how much room they have, and the one with most answers first
+/// (Neighbours); the others answer a moment later, and so become spares.
+///
 /// Telemetry goes out every `telemetry_period`, and at once when a session has a problem (PlannerHealth::problems) that
 /// was not told yet: no command need go out for that. The log has a line when a session's problems change, one a second
 /// at most.
@@ -105,6 +118,8 @@ class Service {
   void on_depth(protocol::DepthFrame& frame);
   /// The client that sent this request is gone.
   void on_gone(const std::string& vehicle, std::uint64_t request);
+  /// Another server of the domain says how it is.
+  void on_server_status(const protocol::ParticipantBytes& from, const protocol::ServerStatus& status);
   enum class Kind { kState, kDepth, kOther };
   /// A sample was refused on its way here; `vehicle` may be empty or unknown.
   void on_rejected(Kind kind, const std::string& vehicle, const Error& why);
@@ -112,6 +127,8 @@ class Service {
   // ---- from whoever runs the server -------------------------------------------------------------------------------
   /// Sessions that begin from now on have these; those that there are keep what they began with. Any thread.
   void set_profiles(Profiles profiles);
+  /// From now on newcomers are refused (kBusyServer), and other servers are told. Any thread.
+  void stop_admitting();
 
   // ---- for housekeeping and tests ---------------------------------------------------------------------------------
   /// Answers requests, ends sessions that nobody uses, sends telemetry, writes the log. Called by one thread.
@@ -129,6 +146,18 @@ class Service {
   struct Asked {
     protocol::SessionRequest request;
     Status verdict;
+    bool waited = false;  ///< other servers had their time to answer
+  };
+  struct Waiting {
+    Asked asked;
+    Stamp at;
+  };
+  /// A session that has to end for another one.
+  struct Ending {
+    std::shared_ptr<pilot::Pilot> pilot;
+    std::string why;
+    Error told;
+    double retry_after_s = 0.0;
   };
   struct Gone {
     std::string vehicle;
@@ -150,18 +179,35 @@ class Service {
   void accept(pilot::PilotParts parts);
   void warn_of_openings(const protocol::SessionRequest& request) const;
   std::uint64_t new_session() const;
-  void refuse(const protocol::SessionRequest& request, const Error& why);
-  void tell_no(const protocol::SessionRequest& request, const Error& why);
+  void refuse(const protocol::SessionRequest& request, const Error& why, double retry_after_s = 0.0);
+  void tell_no(const protocol::SessionRequest& request, const Error& why, double retry_after_s = 0.0);
   protocol::SessionReply reply_to(pilot::Pilot& pilot) const;
   /// @param why   for the log
   /// @param told  what the vehicle hears of it; empty = nothing
-  void end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string& why, const std::optional<Error>& told = {});
+  void end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string& why, const std::optional<Error>& told = {},
+           double retry_after_s = 0.0);
   void detach(const pilot::Pilot& pilot);
   void stray(const std::string& vehicle, const char* what);
   void tell(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now);
   void log_problems(const std::string& vehicle, protocol::Problems found, protocol::Problems* logged);
   void make_figures(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now);
   void run();
+  std::vector<std::shared_ptr<pilot::Pilot>> pilots() const;
+
+  // ---- who may join (admission.cpp)
+  static RoomOptions room_options(const ServiceOptions& options);
+  std::uint8_t priority_of(const protocol::SessionRequest& request) const;
+  protocol::ServerStatus status() const;
+  bool left_to_others(const Asked& asked, Stamp now);
+  void answer_those_that_waited(Stamp now);
+  void forget_waiting(const std::string& vehicle, std::uint64_t request);
+  Room::Newcomer newcomer(const protocol::SessionRequest& request) const;
+  Result<std::vector<Ending>> place_for(const protocol::SessionRequest& request, const pilot::Pilot* live,
+                                        Stamp now) const;
+  void refuse_for_want_of_room(const protocol::SessionRequest& request, const Error& why);
+  void watch_room(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now);
+  void log_late_ticks(Stamp now);
+  void fill_room(Figures* figures) const;
 
   const ServiceOptions options_;
   Profiles profiles_;  // housekeeping
@@ -183,6 +229,14 @@ class Service {
   Stamp next_telemetry_{0};
   Stamp next_log_{0};
   std::map<std::string, Told> told_;  // by vehicle
+
+  Room room_;  // housekeeping
+  Neighbours neighbours_;
+  std::vector<Waiting> waiting_;  // housekeeping: requests that are left to other servers for a moment
+  std::atomic<bool> admitting_{true};
+  Stamp next_room_{0};
+  RateLimiter late_log_{std::chrono::seconds(2)};
+  std::uint64_t sessions_shed_ = 0, sessions_displaced_ = 0;
 
   Figures::Totals ended_;  // housekeeping: of sessions that are over
   std::uint64_t sessions_begun_ = 0;

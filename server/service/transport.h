@@ -3,6 +3,7 @@
 #include <string>
 
 #include "common/protocol/messages.h"
+#include "common/protocol/server_status.h"
 
 namespace gatefield::service {
 
@@ -17,6 +18,8 @@ class Transport {
   /// @return false when the command could not be handed over; the next one is only a control period away.
   virtual bool send(const protocol::ThrustRateCommand& command) noexcept = 0;
   virtual bool send(const protocol::Telemetry& telemetry) noexcept = 0;
+  /// To the other servers of the domain, if there is a way to them.
+  virtual void tell_servers(const protocol::ServerStatus& status) { static_cast<void>(status); }
   /// The vehicle's session is over: what was held open for it may be closed. Unknown names are no error.
   virtual void forget(const std::string& vehicle) = 0;
 };

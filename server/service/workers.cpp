@@ -8,6 +8,8 @@
 #include <chrono>
 #include <cstring>
 
+#include "server/service/processor_time.h"
+
 namespace gatefield::service {
 namespace {
 
@@ -15,7 +17,7 @@ using namespace std::chrono_literals;
 
 /// Every wait ends, even when a wake-up should be lost.
 constexpr std::chrono::nanoseconds kMaxWait = 100ms;
-/// Lockstep has no deadline of its own; this one places it among those that have.
+/// Lockstep has no deadline of its own; this one keeps those that wait for long before those that came just now.
 constexpr std::chrono::nanoseconds kLockstepDeadline = 10ms;
 constexpr int kControlPriority = 30;
 /// Turns of a helper's loop without a block to do: some hundred microseconds. Between two loops over blocks of one step
@@ -79,6 +81,10 @@ void ControlPool::stop() {
 
 std::string ControlPool::complaint() const { return complaint_; }
 
+ControlPool::Spent ControlPool::spent() const {
+  return {processor_time_of(threads_), std::chrono::nanoseconds(helping_ns_.load(std::memory_order_relaxed))};
+}
+
 Stamp ControlPool::step_since() const {
   const std::lock_guard lock(mutex_);
   Stamp since = pilot::Stepping::kNever;
@@ -138,18 +144,48 @@ bool ControlPool::help(std::unique_lock<std::mutex>& lock, Stamp until) {
   ++helpers_;
   lock.unlock();
   int idle = 0;
-  while (idle < kHelpersPatience && stepping_.load(std::memory_order_relaxed) > 0 &&
-         news_.load(std::memory_order_relaxed) == news && clock_->now() < until) {
-    if (options_.crew->help()) {
+  // Waiting for blocks is no work, and asking for the processor time at each turn would be.
+  std::chrono::nanoseconds working{0};
+  const std::chrono::nanoseconds cpu = processor_time_of_thread();
+  for (Stamp now = clock_->now(); idle < kHelpersPatience && stepping_.load(std::memory_order_relaxed) > 0 &&
+                                  news_.load(std::memory_order_relaxed) == news && now < until;) {
+    const Stamp begin = now;
+    const bool helped = options_.crew->help();
+    now = clock_->now();
+    if (helped) {
       idle = 0;
+      working += now - begin;
     } else {
       ++idle;
       kernels::relax();
     }
   }
+  // The scheduler may have put this thread aside in the middle of a block.
+  helping_ns_.fetch_add(std::min(working, processor_time_of_thread() - cpu).count(), std::memory_order_relaxed);
   lock.lock();
   --helpers_;
   return idle < kHelpersPatience;
+}
+
+/// Whose step is next, if anybody's is due. @param next_due  brought forward to when the next one will be
+ControlPool::Entry* ControlPool::choose(Stamp now, Stamp* next_due) {
+  Entry* chosen = nullptr;
+  Entry* lockstep = nullptr;
+  bool deadlines = false;  // some pilot has any
+  for (const auto& entry : entries_) {
+    deadlines = deadlines || !entry->pilot->lockstep();
+    if (entry->busy || entry->leaving) continue;
+    if (entry->due > now) {
+      *next_due = std::min(*next_due, entry->due);
+      continue;
+    }
+    Entry*& first = entry->pilot->lockstep() ? lockstep : chosen;
+    if (!first || entry->deadline < first->deadline) first = entry.get();
+  }
+  if (chosen) return chosen;
+  // The thread that steps a lockstep pilot comes for the next one when it is done.
+  const bool all_busy = deadlines && threads_.size() > 1 && lockstep_steps_ + 1 >= static_cast<int>(threads_.size());
+  return all_busy ? nullptr : lockstep;
 }
 
 void ControlPool::run(int index) {
@@ -160,16 +196,8 @@ void ControlPool::run(int index) {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     const Stamp now = clock_->now();
-    Entry* chosen = nullptr;
     Stamp next_due = now + kMaxWait;
-    for (const auto& entry : entries_) {
-      if (entry->busy || entry->leaving) continue;
-      if (entry->due <= now) {
-        if (!chosen || entry->deadline < chosen->deadline) chosen = entry.get();
-      } else {
-        next_due = std::min(next_due, entry->due);
-      }
-    }
+    Entry* const chosen = choose(now, &next_due);
     if (!chosen) {
       if (options_.crew != nullptr && !tired && helpers_ < kMaxHelpers &&
           stepping_.load(std::memory_order_relaxed) > 0) {
@@ -187,6 +215,7 @@ void ControlPool::run(int index) {
     stepping_.fetch_add(1, std::memory_order_relaxed);
     const Stamp due = chosen->due;
     pilot::Pilot& pilot = *chosen->pilot;
+    if (pilot.lockstep()) ++lockstep_steps_;
     // Another thread has to keep an eye on the rest, whose due times may have changed since it began to wait; and those
     // that sleep could help.
     const int rouse = options_.crew != nullptr ? std::min<int>(kMaxHelpers, static_cast<int>(threads_.size()) - 1)
@@ -194,6 +223,7 @@ void ControlPool::run(int index) {
     lock.unlock();
     for (int i = 0; i < rouse; ++i) changed_.notify_one();
     pilot::Stepping& stepping = pilot.stepping();
+    const std::chrono::nanoseconds cpu = processor_time_of_thread();
     const Stamp begin = clock_->now();
     const pilot::Stepping::Answer answer = stepping.step(begin);
     stepping_.fetch_sub(1, std::memory_order_relaxed);
@@ -202,11 +232,13 @@ void ControlPool::run(int index) {
       const bool ok = transport_->send(*answer.command);
       stepping.sent(clock_->now(), ok);
     }
+    stepping.spent(processor_time_of_thread() - cpu);
     const Stamp done = clock_->now();
     lock.lock();
 
     chosen->busy = false;
     if (pilot.lockstep()) {
+      --lockstep_steps_;
       chosen->due = chosen->woken ? done : answer.wake_at;
       chosen->deadline =
           chosen->due == pilot::Stepping::kNever ? pilot::Stepping::kNever : chosen->due + kLockstepDeadline;
@@ -239,6 +271,8 @@ void PerceptionPool::stop() {
   for (std::thread& thread : threads_)
     if (thread.joinable()) thread.join();
 }
+
+std::chrono::nanoseconds PerceptionPool::spent() const { return processor_time_of(threads_); }
 
 void PerceptionPool::add(std::shared_ptr<pilot::Pilot> pilot) {
   auto entry = std::make_unique<Entry>();
@@ -283,9 +317,11 @@ void PerceptionPool::run(int index) {
     chosen->busy = true;
     pilot::Pilot& pilot = *chosen->pilot;
     lock.unlock();
+    const std::chrono::nanoseconds cpu = processor_time_of_thread();
     const Stamp begin = clock_->now();
     if (pilot.looking().look()) {
       pilot.looking().looked(clock_->now() - begin);
+      pilot.looking().spent(processor_time_of_thread() - cpu);
       processed_(pilot);
     }
     lock.lock();

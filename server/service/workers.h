@@ -20,7 +20,9 @@ namespace gatefield::service {
 /// The threads that run control steps. Pilots are served by deadline, earliest first, whichever thread is free; one
 /// pilot is never served by two threads at once. Real-time pilots are due at absolute times, one control period apart
 /// (a late step does not shift the later ones; times that passed altogether are counted as missed); lockstep pilots are
-/// due when something came for them. What a step takes and when its command goes out is measured here, and told to the
+/// due when something came for them, after every real-time pilot that is due: they have no deadline to miss, and while
+/// a real-time pilot is there one thread of several never begins a lockstep step, which could hold that one up.
+/// What a step takes, in time and processor time, and when its command goes out is measured here, and told to the
 /// pilot.
 /// A thread for which nothing is due helps with the steps in progress, a block of rollouts at a time (kernels::Crew):
 /// one vehicle gets all the threads, and many get one each. What is due comes before helping. While a step is in
@@ -48,6 +50,11 @@ class ControlPool {
   void stop();
   /// Why real-time scheduling or a core was not granted; empty when all were, or none was asked for.
   std::string complaint() const;
+  /// Processor time so far: of all threads, whatever they did, and of helping with others' steps alone.
+  struct Spent {
+    std::chrono::nanoseconds all{0}, helping{0};
+  };
+  Spent spent() const;
   /// Since when the step runs that has been in progress for the longest; kNever when none is.
   Stamp step_since() const;
 
@@ -62,6 +69,7 @@ class ControlPool {
     bool leaving = false;  ///< being removed: not served any more
   };
   void run(int index);
+  Entry* choose(Stamp now, Stamp* next_due);
   bool help(std::unique_lock<std::mutex>& lock, Stamp until);
 
   const Options options_;
@@ -73,8 +81,10 @@ class ControlPool {
   std::vector<std::unique_ptr<Entry>> entries_;
   std::string complaint_;
   bool stopping_ = false;
-  int helpers_ = 0;                     // threads in help()
-  std::atomic<int> stepping_{0};        // steps in progress
+  int helpers_ = 0;               // threads in help()
+  int lockstep_steps_ = 0;        // steps of lockstep pilots in progress
+  std::atomic<int> stepping_{0};  // steps in progress
+  std::atomic<std::int64_t> helping_ns_{0};
   std::atomic<std::uint64_t> news_{0};  // changes of what is due, for threads in help(); written under the mutex
   std::vector<std::thread> threads_;
 };
@@ -93,6 +103,8 @@ class PerceptionPool {
   /// A frame came, or a state that names one.
   void wake();
   void stop();
+  /// Processor time of all threads so far.
+  std::chrono::nanoseconds spent() const;
 
  private:
   struct Entry {

@@ -1,6 +1,6 @@
 /* A peer that knows nothing of our code: C, Cyclone DDS, types generated from gatefield.idl by Cyclone's own compiler.
  * It takes one sample of each type of the vehicle "ours", checks what it understands of it, and sends it back as the
- * vehicle "cyclone". Ends with 0 when it has done so for all six types, with 1 when a value is wrong or 20 s are over.
+ * vehicle "cyclone". Ends with 0 when it has done so for all seven types, with 1 when a value is wrong or 20 s are over.
  *   gatefield-cyclone-peer <domain>
  */
 #include <math.h>
@@ -11,7 +11,7 @@
 #include "dds/dds.h"
 #include "gatefield.h"
 
-#define TYPES 6
+#define TYPES 7
 
 static int wrong = 0;
 
@@ -110,11 +110,18 @@ static void check_telemetry(const void* sample) {
   EXPECT(strcmp(t->last_reason, "q_WB has norm 2, expected 1") == 0);
 }
 
+static void check_status(const void* sample) {
+  const gatefield_wire_ServerStatus* s = sample;
+  EXPECT(s->version == gatefield_wire_PROTOCOL_VERSION);
+  EXPECT(s->room_cores == 1.25 && s->sessions == 3 && s->accepts);
+  EXPECT(strcmp(s->isa, "avx2") == 0 && s->model_hash == 0xfedcba9876543210ull);
+}
+
 /* The QoS of docs/wire.md, said again by someone else. */
 typedef struct {
   const char* topic;
   const dds_topic_descriptor_t* descriptor;
-  size_t vehicle_offset; /* where the key stands in the sample */
+  size_t vehicle_offset; /* the vehicle's or server's name: where the key stands in the sample */
   bool reliable, transient_local, exclusive;
   void (*check)(const void* sample);
 } Kind;
@@ -132,6 +139,8 @@ static const Kind kinds[TYPES] = {
      offsetof(gatefield_wire_ThrustRateCommand, vehicle), true, false, true, check_command},
     {"gatefield/telemetry", &gatefield_wire_Telemetry_desc, offsetof(gatefield_wire_Telemetry, vehicle), false, false,
      false, check_telemetry},
+    {"gatefield/server/status", &gatefield_wire_ServerStatus_desc, offsetof(gatefield_wire_ServerStatus, name), false,
+     false, false, check_status},
 };
 
 static dds_entity_t must(dds_entity_t entity, const char* what) {

@@ -29,6 +29,12 @@ std::vector<std::uint8_t> bytes_of(typename Generated::type sample) {
   return {payload.data, payload.data + payload.length};
 }
 
+template <typename Sample>
+auto& key_of(Sample& sample) {
+  return sample.vehicle();
+}
+auto& key_of(wire::ServerStatus& sample) { return sample.name(); }
+
 // One topic, both directions: sends `original` as "ours" and keeps what comes back as "cyclone".
 template <typename Generated>
 class Exchange {
@@ -41,7 +47,7 @@ class Exchange {
     auto reader = Reader<Generated>::open(participant, topic,
                                           {[this](Sample* sample, const Origin&) {
                                              const std::lock_guard lock(mutex_);
-                                             if (std::string(sample->vehicle().c_str()) == "cyclone") back_ = *sample;
+                                             if (std::string(key_of(*sample).c_str()) == "cyclone") back_ = *sample;
                                            },
                                            nullptr, [] { ADD_FAILURE() << "unreadable sample"; }},
                                           theirs);
@@ -60,13 +66,13 @@ class Exchange {
     return back_.has_value();
   }
 
-  // Equal in every field but the vehicle, and good enough for the product.
+  // Equal in every field but the name, and good enough for the product.
   template <typename Message>
   void check() {
     const std::lock_guard lock(mutex_);
     ASSERT_TRUE(back_.has_value());
     Sample expected = original_;
-    expected.vehicle() = "cyclone";
+    key_of(expected) = "cyclone";
     EXPECT_EQ(bytes_of<Generated>(*back_), bytes_of<Generated>(expected));
     Message message;
     Status verdict;
@@ -115,6 +121,9 @@ TEST(Cyclone, EveryTypeGoesThereAndBack) {
   Exchange<wire::TelemetryPubSubType> telemetry(participant.get(), Topic::kTelemetry,
                                                 wire_of<wire::Telemetry>(test::good_telemetry("ours")));
 
+  Exchange<wire::ServerStatusPubSubType> status(participant.get(), Topic::kServerStatus,
+                                                wire_of<wire::ServerStatus>(test::good_status("ours")));
+
   const auto output = std::filesystem::temp_directory_path() / ("gatefield-cyclone-" + std::to_string(getpid()));
   test::Process peer(CYCLONE_PEER, {std::to_string(domain)}, output);
   // Sent once: whoever comes late gets them all the same, as the QoS promises.
@@ -122,13 +131,15 @@ TEST(Cyclone, EveryTypeGoesThereAndBack) {
   reply.send();
   const auto end = std::chrono::steady_clock::now() + 15s;
   const auto all_done = [&] {
-    return request->done() && reply.done() && state.done() && depth.done() && command.done() && telemetry.done();
+    return request->done() && reply.done() && state.done() && depth.done() && command.done() && telemetry.done() &&
+           status.done();
   };
   while (!all_done() && std::chrono::steady_clock::now() < end && peer.running()) {
     state.send();
     depth.send();
     command.send();
     telemetry.send();
+    status.send();
     std::this_thread::sleep_for(20ms);
   }
   const std::string said = peer.output();
@@ -138,6 +149,7 @@ TEST(Cyclone, EveryTypeGoesThereAndBack) {
   EXPECT_TRUE(depth.done()) << said;
   EXPECT_TRUE(command.done()) << said;
   EXPECT_TRUE(telemetry.done()) << said;
+  EXPECT_TRUE(status.done()) << said;
   if (HasFailure()) return;
   request->check<protocol::SessionRequest>();
   reply.check<protocol::SessionReply>();
@@ -145,6 +157,7 @@ TEST(Cyclone, EveryTypeGoesThereAndBack) {
   depth.check<protocol::DepthFrame>();
   command.check<protocol::ThrustRateCommand>();
   telemetry.check<protocol::Telemetry>();
+  status.check<protocol::ServerStatus>();
 
   request.reset();  // the peer ends when nobody listens to its requests any more
   const auto code = peer.wait(5s);

@@ -117,6 +117,10 @@ def telemetry():
     return c.text("q_WB").text("of norm 2").text("norm 1").text("q_WB has norm 2, expected 1").text("avx2")
 
 
+def server_status():
+    return Cdr().u32(2).text("planner-1").f64(1.25).u32(3).u8(1).text("avx2").u64(0xFEDCBA9876543210)
+
+
 # Messages of ROS 2: tests/conformance/ros_golden_test.cpp has the same values.
 def ros_header(c):
     return c.put("i", 1_700_000_000).u32(250_000_000).text("map")
@@ -263,7 +267,7 @@ PX4 = (
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    for make in (session_request, session_reply, vehicle_state, depth_frame, thrust_rate_command, telemetry,
+    for make in (session_request, session_reply, vehicle_state, depth_frame, thrust_rate_command, telemetry, server_status,
                  ros_pose_stamped, ros_odometry, ros_image, *PX4):
         text = make().bytes().hex()
         lines = [text[i : i + 64] for i in range(0, len(text), 64)]

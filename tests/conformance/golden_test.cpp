@@ -125,5 +125,11 @@ TEST(Golden, Telemetry) {
   EXPECT_EQ(read.deadlines_missed, 6u);
 }
 
+TEST(Golden, ServerStatus) {
+  const auto read = both_ways<wire::ServerStatusPubSubType>("server_status", test::good_status());
+  EXPECT_EQ(read.room_cores, 1.25);
+  EXPECT_TRUE(read.accepts);
+}
+
 }  // namespace
 }  // namespace gatefield::dds

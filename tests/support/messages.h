@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/protocol/messages.h"
+#include "common/protocol/server_status.h"
 
 /// Messages that pass validation, every field with a value of its own.
 namespace gatefield::test {
@@ -145,6 +146,17 @@ inline protocol::Telemetry good_telemetry(const std::string& vehicle = "drone") 
   telemetry.last_reason = "q_WB has norm 2, expected 1";
   telemetry.isa = "avx2";
   return telemetry;
+}
+
+inline protocol::ServerStatus good_status(const std::string& name = "planner-1") {
+  protocol::ServerStatus status;
+  status.name = name;
+  status.room_cores = 1.25;
+  status.sessions = 3;
+  status.accepts = true;
+  status.isa = "avx2";
+  status.model_hash = 0xfedcba9876543210u;
+  return status;
 }
 
 }  // namespace gatefield::test

@@ -42,9 +42,12 @@ Status take(const SessionSpec& spec, BridgeConfig* config) {
                                          {"profile", &session.profile},
                                          {"speed_limit_m_s", &session.speed_limit_m_s},
                                          {"connect_timeout", &timeout},
-                                         {"state_rate_hz", &config->loop.state_rate_hz}});
+                                         {"state_rate_hz", &config->loop.state_rate_hz},
+                                         {"priority", &session.priority}});
       !status)
     return status;
+  if (session.priority > protocol::kMaxPriority)
+    return Error::invalid("priority", text(session.priority), "0 to " + text(protocol::kMaxPriority));
   constexpr std::uint32_t kLastDomain = 232;
   if (session.domain > kLastDomain) return Error::invalid("domain", text(session.domain), "0 to " + text(kLastDomain));
   if (Status status = protocol::validate_name("name", session.vehicle); !status) return status;

@@ -158,6 +158,7 @@ class Bench {
     if (!write_profile()) return false;
     std::vector<std::string> arguments{"--threads",           "2",          "--max-vehicles",
                                        std::to_string(count), "--profiles", folder_.string()};
+    arguments.insert(arguments.end(), {"--utilisation", "0"});  // all of them, whatever they take
     if (realtime) arguments.emplace_back("--realtime");
     test::Process server(server_program(), server_arguments(wire, arguments), folder_ / "server.out");
     std::vector<std::unique_ptr<Vehicle>> fleet;

@@ -146,6 +146,29 @@ TEST_F(Attacks, StatesUnderManyNamesLeaveRoomForNewcomers) {
   EXPECT_NE(told().find("gatefield/vehicle/state"), std::string::npos) << told();
 }
 
+TEST_F(Attacks, ForgedServerStatusesCostNewcomersAMoment) {
+  std::vector<std::unique_ptr<Stranger>> liars;
+  std::vector<std::unique_ptr<Writer<wire::ServerStatusPubSubType>>> writers;
+  for (int i = 0; i < 6; ++i) {  // more than a server gives way to
+    liars.push_back(std::make_unique<Stranger>());
+    writers.push_back(liars.back()->writer<wire::ServerStatusPubSubType>(Topic::kServerStatus));
+  }
+  std::atomic<bool> stop{false};
+  std::thread lies([&] {
+    protocol::ServerStatus status = test::good_status("plenty");
+    status.room_cores = protocol::kMaxRoom_cores;
+    while (!stop) {
+      for (const auto& writer : writers) writer->write([&](wire::ServerStatus* sample) { to_wire(status, sample); });
+      std::this_thread::sleep_for(50ms);
+    }
+  });
+  std::this_thread::sleep_for(500ms);
+  auto newcomer = join("newcomer");  // fails the test when it can't
+  EXPECT_EQ(newcomer->session().server, kServer);
+  stop = true;
+  lies.join();
+}
+
 TEST_F(Attacks, SamplesTooLargeFillNoLog) {
   std::atomic<int> lines{0};
   set_library_log([&](const std::string&) { ++lines; });

@@ -11,9 +11,9 @@
 #include <regex>
 #include <thread>
 
-#include "client/firmware/link/link.h"
 #include "gatefield/sdk/client.h"
 #include "tests/integration/race/programs.h"
+#include "tests/support/http_page.h"
 
 namespace gatefield::test {
 namespace {
@@ -40,20 +40,7 @@ class Operations : public ::testing::Test {
     port_ = found[1];
   }
   std::filesystem::path profiles() const { return programs_.file("profiles"); }
-  std::string page(const std::string& path) const {
-    auto link = firmware::open(firmware::parse_address("tcp:127.0.0.1:" + port_).value(), 5s);
-    if (!link) return link.error();
-    const std::string request = "GET " + path + " HTTP/1.0\r\n\r\n";
-    (void)(*link)->send(std::span(reinterpret_cast<const std::uint8_t*>(request.data()), request.size()));
-    std::string answer;
-    while ((*link)->wait(5s)) {
-      std::array<std::uint8_t, 4096> buffer{};
-      const auto got = (*link)->receive(buffer);
-      answer.append(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(got.bytes));
-      if (got.broken != 0) break;
-    }
-    return answer;
-  }
+  std::string page(const std::string& path) const { return http_page(port_, path); }
   /// Asks until it says so. @return the last answer
   std::string page_with(const std::string& path, const std::string& words) const {
     std::string answer;

@@ -123,6 +123,54 @@ TEST(SessionLogic, TheCodeDecidesWhetherARefusalMayPassAndNotTheSentence) {
   EXPECT_EQ(refused.phase(), Phase::kFailed);
 }
 
+protocol::SessionReply full(std::uint64_t request, double retry_after_s) {
+  auto reply = busy(request, ErrorCode::kBusyServer);
+  reply.retry_after_s = retry_after_s;
+  return reply;
+}
+
+TEST(SessionLogic, ARefusalSaysWhenAskingAgainIsWorthWhile) {
+  SessionLogic logic(7);
+  EXPECT_TRUE(logic.request_due(1s));
+  hear(&logic, full(7, 2.5), 1s);
+  EXPECT_FALSE(logic.request_due(3s + 499ms));
+  EXPECT_TRUE(logic.request_due(3s + 500ms));
+  hear(&logic, full(8, 3600), 4s);
+  EXPECT_FALSE(logic.request_due(63s));
+  EXPECT_TRUE(logic.request_due(64s)) << "nobody is kept away for longer than a minute";
+}
+
+TEST(SessionLogic, WhoIsSentAwayComesBackWhenItIsWorthWhile) {
+  SessionLogic logic = joined(50);
+  logic.on_command(command(50, 1));
+  logic.on_state_sent(10s);
+  EXPECT_FALSE(hear(&logic, full(7, 5), 10s));
+  EXPECT_EQ(logic.phase(), Phase::kEnded);
+  logic.on_state_sent(14s);
+  EXPECT_FALSE(logic.request_due(14s + 999ms));
+  EXPECT_TRUE(logic.request_due(15s));
+  EXPECT_TRUE(hear(&logic, accept(7, 60), 15s));
+  EXPECT_EQ(logic.session().session, 60u);
+}
+
+/// A full server answers at once, the one that has room a moment later.
+TEST(SessionLogic, AnAcceptanceThatComesAfterAnothersRefusalIsGood) {
+  SessionLogic logic(7);
+  EXPECT_TRUE(logic.request_due(1s));
+  hear(&logic, full(7, 1), 1s);
+  EXPECT_FALSE(hear(&logic, refuse(7, "no profile of that name", "planner-3"), 1s)) << "that attempt is over";
+  EXPECT_EQ(logic.phase(), Phase::kJoining);
+  EXPECT_TRUE(hear(&logic, accept(7, 70, "planner-2"), 1s + 100ms));
+  EXPECT_EQ(logic.session().session, 70u);
+  EXPECT_EQ(logic.request(), 7u) << "the session's number of request";
+
+  SessionLogic late(7);
+  EXPECT_TRUE(late.request_due(1s));
+  hear(&late, full(7, 1), 1s);
+  EXPECT_TRUE(late.request_due(2s));
+  EXPECT_FALSE(hear(&late, accept(7, 70, "planner-2"), 2s)) << "the next attempt is out";
+}
+
 TEST(SessionLogic, TheRequestNumberNeverBecomesZero) {
   SessionLogic logic(UINT64_MAX);
   hear(&logic, busy(UINT64_MAX), 0s);

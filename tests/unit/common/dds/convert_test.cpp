@@ -207,6 +207,18 @@ TEST(Convert, APlanOfTwentyStepsFitsOneDatagram) {
   EXPECT_LT(type.getSerializedSizeProvider(&sample)(), 1400u - 150u);
 }
 
+TEST(Convert, ServerStatusComesBackAsItWas) {
+  const protocol::ServerStatus in = test::good_status();
+  const auto out = round_trip<wire::ServerStatusPubSubType>(in);
+  EXPECT_EQ(out.version, in.version);
+  EXPECT_EQ(out.name, in.name);
+  EXPECT_EQ(out.room_cores, in.room_cores);
+  EXPECT_EQ(out.sessions, in.sessions);
+  EXPECT_EQ(out.accepts, in.accepts);
+  EXPECT_EQ(out.isa, in.isa);
+  EXPECT_EQ(out.model_hash, in.model_hash);
+}
+
 TEST(Convert, TelemetryComesBackAsItWas) {
   const protocol::Telemetry in = test::good_telemetry();
   const auto out = round_trip<wire::TelemetryPubSubType>(in);
@@ -376,6 +388,7 @@ TEST(Hostile, AnyBytesAreReadOrRefusedWithoutAnException) {
   fuzz<wire::VehicleStatePubSubType>(test::good_state(), 3);
   fuzz<wire::ThrustRateCommandPubSubType>(test::good_command(), 4);
   fuzz<wire::TelemetryPubSubType>(test::good_telemetry(), 5);
+  fuzz<wire::ServerStatusPubSubType>(test::good_status(), 6);
   fuzz<wire::DepthFramePubSubType>(test::good_frame(), 6);
 }
 

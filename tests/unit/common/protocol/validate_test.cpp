@@ -49,6 +49,19 @@ void expect_accepted(const Message& good, const std::vector<std::function<void(M
   }
 }
 
+TEST(ValidateServerStatus, NamesWhatIsWrong) {
+  using S = ServerStatus;
+  expect_refused<S>(test::good_status(), {{"version", [](S* s) { s->version = 1; }, "version is 1, expected 2"},
+                                          {"name", [](S* s) { s->name = "pad 1"; }, "name is \"pad 1\""},
+                                          {"room", [](S* s) { s->room_cores = -0.1; }, "room_cores is -0.1"},
+                                          {"too much room", [](S* s) { s->room_cores = 1e9; }, "room_cores"},
+                                          {"no number", [](S* s) { s->room_cores = kNan; }, "room_cores is nan"},
+                                          {"sessions", [](S* s) { s->sessions = 1u << 20; }, "sessions"},
+                                          {"isa", [](S* s) { s->isa = "avx\n"; }, "isa"},
+                                          {"long isa", [](S* s) { s->isa = std::string(16, 'x'); }, "isa"}});
+  expect_accepted<S>(test::good_status(), {[](S* s) { s->room_cores = 0; }, [](S* s) { s->accepts = false; }});
+}
+
 TEST(ValidateName, TakesWhatTheWireAllows) {
   EXPECT_TRUE(validate_name("vehicle", "a").ok());
   EXPECT_TRUE(validate_name("vehicle", "Drone_7.test-A").ok());

@@ -52,6 +52,20 @@ TEST(Metrics, SayWhatTheServerIsAndDoes) {
   EXPECT_EQ(samples_of(page_of({}, {false, "hangs"})).at("gatefield_well"), 0);
 }
 
+TEST(Metrics, SayHowMuchRoomThereIs) {
+  service::Figures figures;
+  figures.room = {1.5, 0.75, 0.5, {{"race", 0.25}}};
+  figures.sessions_shed = 2;
+  figures.sessions_displaced = 3;
+  const auto samples = samples_of(page_of(figures));
+  EXPECT_EQ(samples.at("gatefield_capacity_cores"), 1.5);
+  EXPECT_EQ(samples.at("gatefield_load_cores"), 0.75);
+  EXPECT_EQ(samples.at("gatefield_room_cores"), 0.5);
+  EXPECT_EQ(samples.at(R"(gatefield_vehicle_cost_cores{profile="race"})"), 0.25);
+  EXPECT_EQ(samples.at("gatefield_sessions_shed_total"), 2);
+  EXPECT_EQ(samples.at("gatefield_sessions_displaced_total"), 3);
+}
+
 TEST(Metrics, StepTimesAreACumulativeHistogram) {
   pilot::StepTimes times;
   using std::chrono::microseconds;

@@ -3,9 +3,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
+#include <functional>
 #include <map>
+#include <memory>
+#include <mutex>
+#include <string>
 #include <thread>
+#include <vector>
 
+#include "server/service/processor_time.h"
 #include "server/service/workers.h"
 #include "tests/unit/server/service/fakes.h"
 
@@ -66,6 +74,126 @@ TEST(ControlPool, CommandsAreTheSameBitForBitWhateverTheNumberOfThreads) {
   const auto one = fly(1);
   EXPECT_EQ(one, fly(2));
   EXPECT_EQ(one, fly(3));
+}
+
+/// Pilots on fakes that write down whose step is made, and may hold it up.
+class Steps {
+ public:
+  std::shared_ptr<pilot::Pilot> pilot(std::uint64_t id, protocol::Timing timing, const std::function<void()>& during) {
+    const auto script = std::make_shared<testing::FakePlanner::Script>();
+    script->during = [this, id, during] {
+      {
+        const std::lock_guard lock(mutex_);
+        made_.push_back(id);
+      }
+      if (during) during();
+    };
+    pilot::PilotParts parts;
+    parts.request = testing::join_request("drone" + std::to_string(id), 7, timing);
+    parts.session = id;
+    parts.planner = std::make_unique<testing::FakePlanner>(testing::small_profile(), parts.request.quadrotor, script);
+    parts.sensor = std::make_unique<testing::FakeSensor>();
+    parts.isa = "any";
+    parts.now = clock_.now();
+    auto made = std::make_shared<pilot::Pilot>(std::move(parts));
+    feed(made.get(), 1);
+    return made;
+  }
+  void feed(pilot::Pilot* pilot, std::uint64_t sequence) const {
+    pilot->intake().take_state(
+        testing::hover_state(pilot->vehicle(), pilot->session(), sequence, 50s + Stamp(10ms) * sequence), clock_.now());
+  }
+  std::vector<std::uint64_t> made() const {
+    const std::lock_guard lock(mutex_);
+    return made_;
+  }
+  bool wait(std::size_t count) const {
+    for (const Stamp end = clock_.now() + 20s; clock_.now() < end && made().size() < count;)
+      std::this_thread::sleep_for(100us);
+    return made().size() >= count;
+  }
+
+ private:
+  const MonotonicClock clock_;
+  mutable std::mutex mutex_;
+  std::vector<std::uint64_t> made_;
+};
+
+TEST(ControlPool, LockstepIsServedAfterAllThatHaveDeadlines) {
+  const MonotonicClock clock;
+  testing::FakeTransport transport;
+  Steps steps;
+  std::atomic<bool> go{false};
+  const auto first = steps.pilot(1, protocol::Timing::kLockstep, [&] {
+    for (const Stamp end = clock.now() + 20s; !go && clock.now() < end;) std::this_thread::sleep_for(100us);
+  });
+  const auto lockstep = steps.pilot(2, protocol::Timing::kLockstep, {});
+  ControlPool pool({1, false, nullptr, {}}, &clock, &transport);
+  for (const auto& pilot : {first, lockstep}) pool.add(pilot);
+  pool.wake(first.get());
+  ASSERT_TRUE(steps.wait(1));
+  pool.wake(lockstep.get());  // while the only thread is busy: due before the one that comes now
+  const auto real_time = steps.pilot(3, protocol::Timing::kRealTime, {});
+  pool.add(real_time);
+  go = true;
+  ASSERT_TRUE(steps.wait(3));
+  EXPECT_EQ(steps.made()[0], 1u);
+  EXPECT_EQ(steps.made()[1], 3u);
+  EXPECT_TRUE(std::ranges::find(steps.made(), 2u) != steps.made().end() || steps.wait(4));
+}
+
+TEST(ControlPool, OneThreadIsKeptForThoseThatHaveDeadlines) {
+  const MonotonicClock clock;
+  testing::FakeTransport transport;
+  Steps steps;
+  std::atomic<bool> go{false};
+  const auto hold = [&] {
+    for (const Stamp end = clock.now() + 20s; !go && clock.now() < end;) std::this_thread::sleep_for(100us);
+  };
+  const auto real_time = steps.pilot(3, protocol::Timing::kRealTime, {});
+  const auto first = steps.pilot(1, protocol::Timing::kLockstep, hold);
+  const auto second = steps.pilot(2, protocol::Timing::kLockstep, hold);
+  ControlPool pool({2, false, nullptr, {}}, &clock, &transport);
+  pool.add(real_time);
+  for (const auto& pilot : {first, second}) {
+    pool.add(pilot);
+    pool.wake(pilot.get());
+  }
+  // One lockstep step holds a thread; the other thread goes on with the real-time pilot alone.
+  std::uint64_t sequence = 1;
+  for (const Stamp limit = clock.now() + 20s; steps.made().size() < 10 && clock.now() < limit;) {
+    steps.feed(real_time.get(), ++sequence);
+    std::this_thread::sleep_for(10ms);
+  }
+  const auto made = steps.made();
+  EXPECT_GE(made.size(), 10u);
+  EXPECT_EQ(std::ranges::count(made, 1u) + std::ranges::count(made, 2u), 1);
+  go = true;
+  const Stamp end = clock.now() + 20s;
+  const auto both = [&] {
+    const auto now = steps.made();
+    return std::ranges::count(now, 1u) > 0 && std::ranges::count(now, 2u) > 0;
+  };
+  while (!both() && clock.now() < end) std::this_thread::sleep_for(1ms);
+  EXPECT_TRUE(both()) << "and the other one gets its turn";
+}
+
+TEST(ControlPool, ProcessorTimeOfStepsIsCounted) {
+  const MonotonicClock clock;
+  testing::FakeTransport transport;
+  Steps steps;
+  const auto pilot = steps.pilot(1, protocol::Timing::kLockstep, [] {
+    const auto begin = processor_time_of_thread();
+    while (processor_time_of_thread() - begin < 5ms) continue;
+  });
+  ControlPool pool({1, false, nullptr, {}}, &clock, &transport);
+  pool.add(pilot);
+  pool.wake(pilot.get());
+  ASSERT_TRUE(steps.wait(1));
+  pool.remove(pilot.get());
+  EXPECT_GE(pilot->account().step_cpu_ns.load(), 5'000'000);
+  EXPECT_GE(pool.spent().all, 5ms);
+  EXPECT_EQ(pool.spent().helping, 0ns);
 }
 
 TEST(ControlPool, SaysWhichCoreItDidNotGet) {

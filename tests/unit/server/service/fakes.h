@@ -37,6 +37,10 @@ class FakeTransport final : public Transport {
     telemetries_.push_back(telemetry);
     return true;
   }
+  void tell_servers(const protocol::ServerStatus& status) override {
+    const std::lock_guard lock(mutex_);
+    statuses_.push_back(status);
+  }
   void forget(const std::string& vehicle) override {
     const std::lock_guard lock(mutex_);
     forgotten_.push_back(vehicle);
@@ -45,6 +49,7 @@ class FakeTransport final : public Transport {
   std::vector<protocol::SessionReply> replies() const { return copy(replies_); }
   std::vector<protocol::ThrustRateCommand> commands() const { return copy(commands_); }
   std::vector<protocol::Telemetry> telemetries() const { return copy(telemetries_); }
+  std::vector<protocol::ServerStatus> statuses() const { return copy(statuses_); }
   std::vector<std::string> forgotten() const { return copy(forgotten_); }
   std::size_t commands_of(std::uint64_t session) const {
     const std::lock_guard lock(mutex_);
@@ -66,6 +71,7 @@ class FakeTransport final : public Transport {
   std::vector<protocol::SessionReply> replies_;
   std::vector<protocol::ThrustRateCommand> commands_;
   std::vector<protocol::Telemetry> telemetries_;
+  std::vector<protocol::ServerStatus> statuses_;
   std::vector<std::string> forgotten_;
 };
 

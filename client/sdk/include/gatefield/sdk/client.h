@@ -23,6 +23,9 @@ struct Options {
   protocol::Timing timing = protocol::Timing::kRealTime;
   std::uint64_t seed = 1;
   double speed_limit_m_s = 0.0;  ///< 0 = the profile's
+  /// 0 to 9: who has least is refused, or sent away, first when the server can't serve all. A server may take more than
+  /// the usual for the usual.
+  std::uint8_t priority = protocol::kUsualPriority;
   QuadrotorModel quadrotor;
   Actuation actuation;  ///< how the vehicle is driven; a server that doesn't plan for it refuses
   CameraModel camera = default_camera();
@@ -84,8 +87,8 @@ class Client {
  public:
   /// Blocks until a server accepts, refuses or the timeout passes. A refusal is the error, as the server gave it (code,
   /// field, value, expected, sentence); one that may pass (may_pass(code): the name is in use, the server is full) is
-  /// asked again until the timeout. Nobody answered: ErrorCode::kNoAnswer. Options that no server would take:
-  /// ErrorCode::kInvalid, at once.
+  /// asked again until the timeout, when the refusal says that it is worth while. Nobody answered:
+  /// ErrorCode::kNoAnswer. Options that no server would take: ErrorCode::kInvalid, at once.
   /// @param cancel  when it becomes true, joining ends within some 50 ms as if nobody had answered; null: nothing ends
   ///                it early
   static Result<std::unique_ptr<Client>> connect(const Options& options, const std::atomic<bool>* cancel = nullptr);

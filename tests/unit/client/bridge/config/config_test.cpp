@@ -56,7 +56,7 @@ TEST_F(BridgeConfigFile, WhatIsLeftOutKeepsItsDefault) {
 TEST_F(BridgeConfigFile, WhatIsWrittenIsTaken) {
   const auto config = load(std::string(kRacer) +
                            "session { domain: 7 name: 'red' server: 'pit' profile: 'onboard' speed_limit_m_s: 4 "
-                           "  connect_timeout: 1.5 state_rate_hz: 100 } "
+                           "  connect_timeout: 1.5 state_rate_hz: 100 priority: 7 } "
                            "safety { arm_by: ITSELF needs_pilot: false needs_depth: false hold_limit: 4 "
                            "  battery_arm_v: 15 state { lost_after: 0.2 } "
                            "  fence { low { x: -1 y: -2 z: -3 } high { x: 1 y: 2 z: 3 } } } "
@@ -69,6 +69,7 @@ TEST_F(BridgeConfigFile, WhatIsWrittenIsTaken) {
   EXPECT_EQ(config->session.vehicle, "red");
   EXPECT_EQ(config->session.connect_timeout, 1500ms);
   EXPECT_EQ(config->loop.state_rate_hz, 100);
+  EXPECT_EQ(config->session.priority, 7);
   EXPECT_EQ(config->safety.arm_by, flight::ArmBy::kItself);
   EXPECT_EQ(config->safety.hold_limit, 4s);
   EXPECT_EQ(config->safety.state.lost_after, 200ms);
@@ -154,6 +155,7 @@ TEST_F(BridgeConfigFile, MistakesAreNamedWithFileAndField) {
   EXPECT_EQ(field("session { domain: 233 }"), "session.domain");
   EXPECT_EQ(field("session { domain: -1 }"), "session.domain");
   EXPECT_EQ(field("session { state_rate_hz: 1 }"), "session.state_rate_hz");
+  EXPECT_EQ(field("session { priority: 10 }"), "session.priority");
   EXPECT_EQ(field("thrust { hover_throttle: 1.5 }"), "thrust.hover_throttle");
   EXPECT_EQ(field("wings: 2"), "wings");
   EXPECT_EQ(refused(base + "safety { hold_limit: 1000 }").message,

@@ -1,0 +1,210 @@
+// Many vehicles that want to fly, real servers: those that are admitted fly, the others are told, and two servers share
+// them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+#include <regex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "gatefield/sdk/client.h"
+#include "tests/integration/race/programs.h"
+#include "tests/support/http_page.h"
+
+namespace gatefield::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+/// A vehicle that hovers before a gate that it never shows: states at 100 Hz, no frames.
+class Hoverer {
+ public:
+  explicit Hoverer(const std::string& name, std::chrono::milliseconds patience)
+      : thread_([this, name, patience] { fly(name, patience); }) {}
+  ~Hoverer() {
+    stop_ = true;
+    thread_.join();
+  }
+
+  bool told() const { return told_; }
+  std::uint64_t commands() const { return commands_; }
+  std::string words() const {
+    const std::lock_guard lock(mutex_);
+    return words_;
+  }
+  /// Whose session it has; empty: none.
+  std::string server() const {
+    const std::lock_guard lock(mutex_);
+    return server_;
+  }
+
+ private:
+  void fly(const std::string& name, std::chrono::milliseconds patience) {
+    sdk::Options options;
+    options.domain = own_domain();
+    options.vehicle = name;
+    options.connect_timeout = patience;
+    Waypoint gate;
+    gate.p_W = Eigen::Vector3d(8, 0, 1.5);
+    gate.direction_W = Eigen::Vector3d::UnitX();
+    options.course.waypoints = {gate};
+    while (!stop_) {
+      auto client = sdk::Client::connect(options, &stop_);
+      if (!client.ok()) {
+        const std::lock_guard lock(mutex_);
+        words_ = client.error();
+        told_ = told_ || client.failure().code == ErrorCode::kBusyServer;
+        continue;
+      }
+      hover(client.value().get());
+    }
+  }
+  void hover(sdk::Client* client) {
+    QuadrotorState state;
+    state.p_WB = {0, 0, 1.5};
+    state.thrust_n = state.thrust_command_n = hover_thrust_n(QuadrotorModel{});
+    for (int i = 0; !stop_; ++i) {
+      client->send_state(MonotonicClock().now(), state);
+      if (i % 20 == 0) {
+        commands_ = client->statistics().commands;
+        const std::lock_guard lock(mutex_);
+        server_ = client->session().server;
+      }
+      std::this_thread::sleep_for(10ms);
+    }
+  }
+
+  std::atomic<bool> stop_{false}, told_{false};
+  std::atomic<std::uint64_t> commands_{0};
+  mutable std::mutex mutex_;
+  std::string words_, server_;
+  std::thread thread_;
+};
+using Crowd = std::vector<std::unique_ptr<Hoverer>>;
+
+template <typename Is>
+std::ptrdiff_t count(const Crowd& crowd, Is&& is) {
+  return std::count_if(crowd.begin(), crowd.end(), [&](const auto& one) { return is(*one); });
+}
+template <typename Condition>
+bool wait_until(Condition&& condition, std::chrono::milliseconds limit = 60s) {
+  for (const Stamp end = MonotonicClock().now() + limit; MonotonicClock().now() < end;) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(50ms);
+  }
+  return false;
+}
+bool flies(const Hoverer& one) { return one.commands() > 20; }
+
+TEST(Crowd, WhoHasNoRoomIsToldAndWhoHasFlies) {
+  Programs programs("crowd");
+  Process server = programs.server("server.log", {"--threads", "1", "--utilisation", "0.02", "--max-vehicles", "32"});
+  ASSERT_TRUE(server.wait_for_output("ready: server", 60s)) << server.output();
+  EXPECT_THAT(server.output(), HasSubstr("cores that a vehicle takes, by profile: onboard 0."));
+  Crowd crowd;
+  for (int i = 0; i < 5; ++i) crowd.push_back(std::make_unique<Hoverer>("drone-" + std::to_string(i), 4s));
+  EXPECT_TRUE(wait_until([&] { return count(crowd, flies) >= 1; })) << server.output();
+  EXPECT_TRUE(wait_until([&] { return count(crowd, [](const Hoverer& one) { return one.told(); }) >= 1; }))
+      << server.output();
+  for (const auto& one : crowd)
+    if (one->told()) {
+      EXPECT_THAT(one->words(),
+                  ::testing::AnyOf(HasSubstr("the server has no room: its "), HasSubstr("no planning server")));
+    }
+  EXPECT_THAT(server.output(), HasSubstr("refused, the server has no room: its 1 vehicle takes 0."));
+}
+
+TEST(Crowd, TwoServersShareTheVehiclesAndStandInForEachOther) {
+  Programs programs("share");
+  // A busy machine must not close the room: they tell each other all the same how much there is.
+  Process first = programs.server("first.log", {"--name", "first", "--utilisation", "0"});
+  Process second = programs.server("second.log", {"--name", "second", "--utilisation", "0"});
+  ASSERT_TRUE(first.wait_for_output("ready: server", 60s)) << first.output();
+  ASSERT_TRUE(second.wait_for_output("ready: server", 60s)) << second.output();
+  std::this_thread::sleep_for(1s);  // each hears how the other is
+  Crowd crowd;
+  for (int i = 0; i < 4; ++i) {
+    crowd.push_back(std::make_unique<Hoverer>("drone-" + std::to_string(i), 30s));
+    ASSERT_TRUE(wait_until([&] { return flies(*crowd.back()); })) << first.output() << second.output();
+  }
+  const auto of = [&](const char* name) {
+    return count(crowd, [&](const Hoverer& one) { return one.server() == name; });
+  };
+  EXPECT_TRUE(wait_until([&] { return of("first") >= 1 && of("second") >= 1; }, 10s))
+      << of("first") << " and " << of("second");
+
+  first.signal(SIGKILL);
+  EXPECT_TRUE(wait_until([&] { return of("second") == 4; })) << second.output();
+}
+
+// GATEFIELD_CROWD_RACES sets how many races are flown in the crowd; 10 take about twenty minutes. The crowd and the
+// racer run on the server's cores.
+class CrowdedRaces : public ::testing::Test {
+ protected:
+  std::string page(const std::string& said) const {
+    std::smatch found;
+    if (!std::regex_search(said, found, std::regex("metrics: port ([0-9]+)"))) return {};
+    return http_page(found[1], "/metrics");
+  }
+  static double figure(const std::string& page, const std::string& name) {
+    const std::size_t at = page.find("\n" + name + " ");
+    return at == std::string::npos ? -1.0 : std::strtod(page.c_str() + at + name.size() + 2, nullptr);
+  }
+};
+
+TEST_F(CrowdedRaces, ARacerWinsAndWhoIsAdmittedIsInTime) {
+  const char* const asked = std::getenv("GATEFIELD_CROWD_RACES");
+  const int races = asked != nullptr ? std::atoi(asked) : 0;
+  if (races == 0) GTEST_SKIP() << "GATEFIELD_CROWD_RACES says how many";
+  Programs programs("crowded-races");
+  Process server =
+      programs.server("server.log", {"--max-vehicles", "64", "--max-priority", "9", "--metrics", "127.0.0.1:0"});
+  ASSERT_TRUE(server.wait_for_output("ready: server", 60s)) << server.output();
+  Crowd crowd;
+  for (int i = 0; i < 64; ++i) crowd.push_back(std::make_unique<Hoverer>("drone-" + std::to_string(i), 20s));
+  std::this_thread::sleep_for(30s);  // until all were answered and the server has found its measure
+  int won = 0;
+  double ticks = 0.0, late = 0.0;
+  for (int i = 0; i < races; ++i) {
+    const std::string before = page(server.output());
+    Process sim =
+        programs.simulator("sim.log", {"--scenario", "circle-0.3m", "--seed", std::to_string(i + 1), "--speed", "7",
+                                       "--realtime", "--name", "racer", "--priority", "9", "--connect-timeout", "30"});
+    const bool this_won = sim.wait(180s).value_or(-1) == 0;
+    const std::string after = page(server.output());
+    const auto grown = [&](const std::string& name) { return figure(after, name) - figure(before, name); };
+    const double race_late = grown("gatefield_deadlines_missed_total");
+    const double race_ticks = grown("gatefield_step_seconds_count") + race_late;
+    won += this_won ? 1 : 0;
+    late += race_late;
+    ticks += race_ticks;
+    std::printf("race %d: %s, %.0f vehicles, load %.2f of %.2f cores, %.3f %% of %.0f ticks in time, shed %.0f\n",
+                i + 1, this_won ? "won" : "lost", figure(after, "gatefield_sessions"),
+                figure(after, "gatefield_load_cores"), figure(after, "gatefield_capacity_cores"),
+                100.0 * (1.0 - race_late / std::max(1.0, race_ticks)), race_ticks,
+                figure(after, "gatefield_sessions_shed_total"));
+    std::fflush(stdout);
+    EXPECT_TRUE(this_won) << sim.output();
+  }
+  const auto told = count(crowd, [](const Hoverer& one) { return one.told(); });
+  const auto flown = count(crowd, flies);
+  std::printf("%d of %d races won; %.3f %% of %.0f ticks in time; of 64 vehicles %td flew and %td were told\n", won,
+              races, 100.0 * (1.0 - late / std::max(1.0, ticks)), ticks, flown, told);
+  EXPECT_GE(1.0 - late / std::max(1.0, ticks), 0.999);
+  EXPECT_EQ(count(crowd, [](const Hoverer& one) { return !one.told() && !flies(one); }), 0)
+      << "each flies or knows why";
+}
+
+}  // namespace
+}  // namespace gatefield::test
