@@ -37,8 +37,9 @@ inline bool is_about_security(const Error& error) { return error.field == "netwo
 Status validate_peer(const std::string& peer);
 Status validate_discovery_server(const std::string& server);
 
-/// Checks all that can be checked without asking the system: syntax, numbers, and that peers or
-/// security are not asked for beside discovery servers. Errors: kInvalid with the field ("peers", "interfaces", "discovery_servers").
+/// Checks all that can be checked without asking the system: syntax, numbers, and that peers or security are not asked
+/// for beside discovery servers. Errors: kInvalid with the field ("peers", "interfaces", "discovery_servers",
+/// "security").
 Status validate(const NetworkOptions& options);
 
 }  // namespace gatefield::dds
