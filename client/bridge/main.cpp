@@ -24,6 +24,7 @@
 #include "common/base/logging.h"
 #include "common/base/text.h"
 #include "common/dds/environment.h"
+#include "common/dds/security_error.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::bridge {

@@ -12,6 +12,7 @@
 #include "client/simulator/simulation.h"
 #include "common/base/logging.h"
 #include "common/dds/environment.h"
+#include "common/dds/security_error.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::simulator {

@@ -34,7 +34,8 @@ class Triple {
       case kSecBody: {
         next_ = kSecPostfix;
         Fields fields(part.body, false);
-        return fields.u32() <= fields.left() && fields.ok();
+        const std::uint32_t length = fields.u32();
+        return fields.ok() && length <= fields.left();
       }
       default: {
         next_ = kSecPrefix;

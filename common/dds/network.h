@@ -21,8 +21,7 @@ struct NetworkOptions {
   std::vector<std::string> discovery_servers;
   /// Shared memory beside UDP, for processes of one host, one user and one /dev/shm (decision 0046).
   bool shared_memory = false;
-  /// Folder that gatefield-keys made for who takes part here: the domain is closed to everybody who has none
-  /// (docs/security.md). Empty: it is open. Doesn't go with discovery servers.
+  /// Folder of certificates and permissions. Empty: no security.
   std::string security;
 };
 
@@ -30,15 +29,12 @@ inline constexpr std::size_t kMaxPeers = 64;
 inline constexpr std::size_t kMaxInterfaces = 16;
 inline constexpr std::size_t kMaxDiscoveryServers = 8;
 
-/// Whether a failure is about what NetworkOptions::security names: a person has to mend it, and nothing was sent.
-inline bool is_about_security(const Error& error) { return error.field == "network.security"; }
-
 /// One entry each: a sentence without the field's name before it, for what is wrong with it in itself.
 Status validate_peer(const std::string& peer);
 Status validate_discovery_server(const std::string& server);
 
-/// Checks all that can be checked without asking the system: syntax, numbers, and that peers or
-/// security are not asked for beside discovery servers. Errors: kInvalid with the field ("peers", "interfaces", "discovery_servers").
+/// Checks all that can be checked without asking the system: syntax, numbers, and that peers and discovery servers are
+/// not named together. Errors: kInvalid with the field ("peers", "interfaces", "discovery_servers").
 Status validate(const NetworkOptions& options);
 
 }  // namespace gatefield::dds

@@ -23,6 +23,7 @@
 #include "common/dds/environment.h"
 #include "common/dds/library_log.h"
 #include "common/dds/network_arguments.h"
+#include "common/dds/security_error.h"
 #include "common/dds/server_endpoint.h"
 #include "common/protocol/validate.h"
 #include "server/app/data_files.h"

@@ -1,11 +1,16 @@
 // The column "with security" of docs/security.md: strangers without a certificate or with one of others, and members
 // who want more than they may.
 
-#include <fstream>
-#include <optional>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
 
 #include "tests/integration/dds/attacked_flight.h"
 #include "tests/support/keys.h"
+#include "tests/support/rtps_packet.h"
 
 namespace gatefield::dds {
 namespace {
@@ -220,6 +225,55 @@ TEST_F(SecuredAttacks, AVehicleReadsNoOtherOnesCommands) {
   subscriber->delete_datareader(reader);
   rival.participant()->raw()->delete_subscriber(subscriber);
   EXPECT_EQ(heard, 0);
+}
+
+// Fast DDS decrypts what is encrypted, and would take this as well: the guard in front of it doesn't let it by.
+TEST_F(SecuredAttacks, PlainPacketsInAMembersNameAreDropped) {
+  using namespace eprosima::fastdds::dds;
+  const Credentials own = credentials_of(keys(), Role::kVehicle, "rival");
+  Stranger rival({}, &own);
+  auto* const participant = rival.participant()->raw();
+  WireType<wire::VehicleStatePubSubType> type;
+  auto* const topic = rival.participant()->topic(topic_name(Topic::kVehicleState),
+                                                 TypeSupport(new WireType<wire::VehicleStatePubSubType>()));
+  auto* const publisher = participant->create_publisher(PUBLISHER_QOS_DEFAULT);
+  auto* const writer = publisher->create_datawriter(topic, writer_qos(Topic::kVehicleState, {}));
+  ASSERT_NE(writer, nullptr);
+  PublicationMatchedStatus matched;
+  for (int i = 0; i < 500 && matched.current_count == 0; ++i) {
+    std::this_thread::sleep_for(10ms);
+    writer->get_publication_matched_status(matched);
+  }
+  ASSERT_EQ(matched.current_count, 1) << "the server listens to its states";
+
+  wire::VehicleState state;
+  to_wire(test::good_state("rival", 1), &state);
+  eprosima::fastrtps::rtps::SerializedPayload_t payload(4096);
+  ASSERT_TRUE(type.serialize(&state, &payload));
+  test::RtpsPacket packet;
+  packet.begin(0x15, 4).u16(0).u16(16).u32(0);
+  for (const auto byte : writer->guid().entityId.value) packet.u8({byte});
+  packet.sequence(1);
+  for (std::uint32_t i = 0; i < payload.length; ++i) packet.u8({payload.data[i]});
+  auto bytes = packet.end().bytes();
+  std::copy_n(writer->guid().guidPrefix.value, 12, bytes.begin() + 8);
+  const int out = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  for (int i = 0; i < 50 && packets_told().empty() && told().empty(); ++i) {
+    for (const std::uint32_t port : {11u, 13u, 15u, 17u}) {  // whichever of them is the server's
+      to.sin_port = htons(static_cast<std::uint16_t>(first_port(own_domain()) + port));
+      sendto(out, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    }
+    std::this_thread::sleep_for(50ms);
+  }
+  close(out);
+  EXPECT_NE(packets_told().find("it is not encrypted"), std::string::npos) << packets_told();
+  EXPECT_EQ(told(), "") << "it came as far as the server's own checks";
+  publisher->delete_datawriter(writer);
+  participant->delete_publisher(publisher);
+  expect_unharmed(fly(victim_.get()));
 }
 
 TEST_F(SecuredAttacks, AToolHearsEverythingAndSaysNothing) {
