@@ -62,7 +62,7 @@ void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const
 
   seats_.clear();
   std::uint64_t ticks = 0, late = 0, most_late = 0;
-  std::size_t heard = 0;
+  std::size_t heard = 0, in_lockstep = 0;
   for (const SessionReading& session : sessions) {
     History& history = kept[session.session];
     const SessionReading before = std::exchange(history.last, session);
@@ -86,6 +86,7 @@ void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const
     }
     const bool young = now - history.since < kYoung;
     heard += session.heard ? 1 : 0;
+    in_lockstep += session.real_time ? 0 : 1;
     if (!session.heard && !young) continue;
     Seat& seat = seats_.emplace_back();
     seat.session = session.session;
@@ -102,7 +103,8 @@ void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const
                    expected.other};
     }
   }
-  if (!first && heard > 0) costs_.learn_other(other_ / static_cast<double>(heard));
+  // Lockstep sends as fast as it is answered, and says nothing about what others will cost.
+  if (!first && heard > 0 && in_lockstep == 0) costs_.learn_other(other_ / static_cast<double>(heard));
   late_ticks_.add(now, ticks, late);
   if (late_ticks_.closed())
     hold(now + kHold, taken());

@@ -23,6 +23,13 @@ constexpr std::chrono::nanoseconds kLogPeriod = 1s;
 /// Ends a line of the log that stands for those that were held back.
 std::string and_others(unsigned held) { return held ? " (and " + std::to_string(held) + " others)" : ""; }
 
+/// Flies by another server: its samples carry that one's session, and no state has come with ours.
+bool spare(pilot::Pilot* pilot) {
+  const pilot::Account& account = pilot->account();
+  const auto note = pilot->last_note();
+  return note && note->code == ErrorCode::kWrongSession && account.states_received == account.states_rejected;
+}
+
 Figures::Totals totals_of(const pilot::Account& account) {
   const auto value = [](const auto& counter) { return counter.load(std::memory_order_relaxed); };
   Figures::Totals totals;
@@ -264,7 +271,8 @@ void Service::tell(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Sta
     }
     if (!log_due) continue;
     log_problems(pilot->vehicle(), std::exchange(told.found, problems), &told.logged);
-    if (const auto complaints = pilot->complaints()) log::warn("vehicle " + pilot->vehicle() + ": " + *complaints);
+    if (const auto complaints = pilot->complaints(); complaints && !spare(pilot.get()))
+      log::warn("vehicle " + pilot->vehicle() + ": " + *complaints);
   }
 }
 

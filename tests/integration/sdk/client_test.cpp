@@ -127,6 +127,7 @@ TEST(Connect, BusyIsTriedAgainUntilItPasses) {
           reply.session = 0;
           reply.code = ErrorCode::kBusyName;
           reply.reason = "busy: drone is flown by another client";
+          reply.retry_after_s = 0;
         }
         return std::optional(reply);
       },

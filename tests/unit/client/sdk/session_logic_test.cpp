@@ -24,6 +24,7 @@ protocol::SessionReply refuse(std::uint64_t request, const std::string& reason, 
                               ErrorCode code = ErrorCode::kInvalid) {
   auto reply = accept(request, 0, server);
   reply.accepted = false;
+  reply.retry_after_s = 0;
   reply.code = code;
   reply.reason = reason;
   return reply;

@@ -139,7 +139,6 @@ TEST(ControlPool, LockstepIsServedAfterAllThatHaveDeadlines) {
   ASSERT_TRUE(steps.wait(3));
   EXPECT_EQ(steps.made()[0], 1u);
   EXPECT_EQ(steps.made()[1], 3u);
-  EXPECT_TRUE(std::ranges::find(steps.made(), 2u) != steps.made().end() || steps.wait(4));
 }
 
 TEST(ControlPool, OneThreadIsKeptForThoseThatHaveDeadlines) {
