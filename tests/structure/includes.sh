@@ -17,15 +17,15 @@ forbid() {
     failed=1
   fi
 }
-# outside FOLDER: every folder with sources but that one
-outside() { find common server client -mindepth 1 -maxdepth 1 -type d ! -path "$1" | sort | tr '\n' ' '; }
+# outside FOLDER ..: every folder with sources but these
+outside() { find common server client -mindepth 1 -maxdepth 1 -type d | grep -vxF "$(printf '%s\n' "$@")" | sort | tr '\n' ' '; }
 
 forbid "common" '(server|client)/' 'common includes neither server nor client'
 forbid "server" 'client/|gatefield/sdk' 'the server never includes a client'
 forbid "client" 'server/' 'a client never includes the server'
 forbid "common server client" 'tests/|gtest|gmock' 'nothing in the product includes tests'
 forbid "$(outside common/dds)" 'fast(dds|rtps|cdr)/|generated/|gatefield_idl|gatefield(PubSubTypes)?\.h' 'only common/dds includes Fast DDS and generated wire types'
-forbid "$(outside common/dds)" 'openssl/' 'only common/dds includes OpenSSL'
+forbid "$(outside common/dds common/model)" 'openssl/' 'only certificates (common/dds) and models (common/model) include OpenSSL'
 forbid "$(outside server/training)" 'torch/|ATen/|c10/' 'only server/training includes libtorch'
 forbid "$(outside client/simulator)" 'mujoco/' 'only client/simulator includes MuJoCo'
 forbid "$(outside common/scene)" 'embree' 'only common/scene includes Embree'
