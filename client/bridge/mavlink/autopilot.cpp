@@ -105,8 +105,7 @@ void Autopilot::on(Stamp now, const mavlink::Timesync& message) noexcept {
     outlet_->send(answer);
     return;
   }
-  const bool for_another = message.target_system != 0 && message.target_system != config_.own_system;
-  if (for_another) return;
+  // Whom an answer is for, its question's time says: PX4 up to 1.16 leaves target_system as memory had it.
   time_sync_.on_answer(now, Stamp{message.ts1}, Stamp{message.tc1});
   if (time_sync_.restarts() != clock_restarts_) {
     clock_restarts_ = time_sync_.restarts();

@@ -87,7 +87,7 @@ struct Timesync {
   static constexpr std::string_view kName = "TIMESYNC";
   std::int64_t tc1 = 0;               ///< ns
   std::int64_t ts1 = 0;               ///< ns
-  std::uint8_t target_system = 0;     ///< 0: everybody
+  std::uint8_t target_system = 0;     ///< 0: everybody; in answers of PX4 up to 1.16 anybody
   std::uint8_t target_component = 0;  ///< 0: everybody
   static constexpr auto fields() {
     return std::tuple{field("tc1", &Timesync::tc1), field("ts1", &Timesync::ts1),

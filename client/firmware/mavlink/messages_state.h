@@ -115,7 +115,7 @@ struct HighresImu {
   float xacc = 0, yacc = 0, zacc = 0;     ///< specific force, m/s2
   float xgyro = 0, ygyro = 0, zgyro = 0;  ///< rad/s
   float xmag = 0, ymag = 0, zmag = 0;     ///< gauss
-  float abs_pressure = 0;                 ///< hPa
+  float abs_pressure = 0;                 ///< hPa; Pa from PX4 up to 1.16
   float diff_pressure = 0;                ///< hPa
   float pressure_alt = 0;                 ///< m
   float temperature = 0;                  ///< degrees Celsius
@@ -132,7 +132,7 @@ struct HighresImu {
                       field("xmag", &HighresImu::xmag, or_unknown(around_zero(100, "gauss"))),
                       field("ymag", &HighresImu::ymag, or_unknown(around_zero(100, "gauss"))),
                       field("zmag", &HighresImu::zmag, or_unknown(around_zero(100, "gauss"))),
-                      field("abs_pressure", &HighresImu::abs_pressure, or_unknown(within(0, 2000, "hPa"))),
+                      field("abs_pressure", &HighresImu::abs_pressure, or_unknown(within(0, 200000, "Pa or hPa"))),
                       field("diff_pressure", &HighresImu::diff_pressure, or_unknown(around_zero(2000, "hPa"))),
                       field("pressure_alt", &HighresImu::pressure_alt, or_unknown(around_zero(kFarthest_m, "m"))),
                       field("temperature", &HighresImu::temperature, or_unknown(within(-274, 500, "degC"))),

@@ -62,19 +62,24 @@ std::string RealPx4::program() { return variable("GATEFIELD_PX4_SITL"); }
 RealPx4::RealPx4(const std::filesystem::path& folder, const std::vector<std::string>& settings) {
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
-  // PX4 looks for a file of this name on the PATH, for what a person adds to its airframe.
+  // Up to 1.15 PX4 looks for a file of this name on the PATH, for what a person adds to its airframe; from 1.16 on it
+  // takes the same from its environment.
+  ChildOptions options;
   std::string script = "#!/bin/sh\n";
-  for (const std::string& line : settings) script += "param set " + line + "\n";
+  for (const std::string& line : settings) {
+    script += "param set " + line + "\n";
+    const std::size_t space = line.find(' ');
+    options.environment.emplace_back("PX4_PARAM_" + line.substr(0, space), line.substr(space + 1));
+  }
   if (const Status written = write_file(folder / "px4-rc.params", script); !written) {
     std::fprintf(stderr, "%s\n", written.error().c_str());
     std::abort();
   }
   const std::filesystem::path built = std::filesystem::path(program()).parent_path().parent_path();
-  ChildOptions options;
   options.arguments = {program(), "-d", (built / "etc").string()};
   options.folder = folder;
-  options.environment = {{"PX4_SIM_MODEL", "none_iris"},
-                         {"PATH", folder.string() + ":" + (built / "bin").string() + ":" + variable("PATH")}};
+  options.environment.emplace_back("PX4_SIM_MODEL", "none_iris");
+  options.environment.emplace_back("PATH", folder.string() + ":" + (built / "bin").string() + ":" + variable("PATH"));
   options.log = folder / "px4.log";
   auto started = ChildProcess::start(options);
   if (!started) {

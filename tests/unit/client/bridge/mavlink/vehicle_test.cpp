@@ -177,6 +177,16 @@ TEST(MavlinkVehicle, WithoutTimeSyncThereIsNoState) {
   EXPECT_TRUE(bench.complains_of("answers no TIMESYNC"));
 }
 
+TEST(MavlinkVehicle, AnswersOfTimeAreKnownByTheirQuestions) {
+  Bench bench(bench_config(Dialect::kPx4));
+  bench.controller->bends = [](mavlink::Message* message) {  // as PX4 1.16, which leaves there what was there
+    if (auto* answer = std::get_if<mavlink::Timesync>(message)) answer->target_system = 173;
+  };
+  ASSERT_TRUE(bench.vehicle->connect().ok());
+  EXPECT_THAT(bench.vehicle->complaints(), testing::IsEmpty());
+  EXPECT_TRUE(bench.vehicle->states()->newest(bench.now()));
+}
+
 TEST(MavlinkVehicle, StampsOfArrivalNeedNoTimeSync) {
   auto config = bench_config(Dialect::kPlain);
   config.stamps = Stamps::kArrival;
@@ -454,6 +464,18 @@ TEST(MavlinkVehicle, TellsRadioBatteryGroundAndForce) {
   bench.controller->silent = true;
   bench.run(2s);
   EXPECT_FALSE(bench.status().specific_force_z_m_s2) << "what is old is not told";
+}
+
+TEST(MavlinkVehicle, PressureInPascalCostsNoForce) {
+  Bench bench(bench_config(Dialect::kPx4));
+  bench.controller->specific_force_z = 12.5;
+  bench.controller->bends = [](mavlink::Message* message) {
+    if (auto* imu = std::get_if<mavlink::HighresImu>(message)) imu->abs_pressure = 95580.625F;  // as PX4 1.16 has it
+  };
+  ASSERT_TRUE(bench.vehicle->connect().ok());
+  bench.run(3s);
+  EXPECT_NEAR(bench.status().specific_force_z_m_s2.value_or(0.0), 12.5, 1e-5);
+  EXPECT_THAT(bench.vehicle->complaints(), testing::IsEmpty());
 }
 
 TEST(MavlinkVehicle, ABadFailsafeIsTold) {
