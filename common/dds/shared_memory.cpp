@@ -20,7 +20,7 @@ namespace rtps = eprosima::fastdds::rtps;
 using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr std::uint32_t kSegment_bytes = 8 << 20;  // some depth frames under way
-constexpr std::uint32_t kQueue = 8192;             // datagrams, of which a frame of 640 x 480 has 900
+constexpr std::uint32_t kQueue = 2048;             // datagrams, of which a frame of 640 x 480 has 900
 constexpr std::uint32_t kCallerSegment_bytes = 65536;
 constexpr auto kCallEvery = 200ms;
 constexpr auto kDeafAfter = 3s;
