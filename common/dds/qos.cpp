@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <random>
 #include <utility>
 
 #include "common/dds/guarded_transport.h"
@@ -149,6 +150,14 @@ std::shared_ptr<UdpInSmallPackets> udp_transport(const Reach& reach, bool closed
   return udp;
 }
 
+/// Of all 30 bits, so that none is ever used twice: whoever wrote to a port keeps it, and would write to that of a dead
+/// program for ever when the number is a new one's.
+std::uint32_t unused_shared_port() {
+  constexpr std::uint32_t kFirst = 1u << 17, kLast = 1u << 30;  // above those of UDP
+  std::random_device device;
+  return std::uniform_int_distribution<std::uint32_t>(kFirst, kLast)(device);
+}
+
 /// What everybody has, whichever way others are found.
 void fill_common(const Reach& reach, Guard guard, DomainParticipantQos* qos) {
   auto& discovery = qos->wire_protocol().builtin.discovery_config;
@@ -201,7 +210,7 @@ DomainParticipantQos participant_qos(std::uint32_t domain, const std::string& na
   if (transport.network.shared_memory) {
     // First, so that it is chosen where both would do.
     const auto shared = std::make_shared<SharedMemory>(transport.on_deaf);
-    wire.default_unicast_locator_list.push_back(shared->locator(own_port + 1));
+    wire.default_unicast_locator_list.push_back(shared->locator(unused_shared_port()));
     qos.transport().user_transports.push_back(guarded(shared, guard));
   }
   fill_common(reach, std::move(guard), &qos);

@@ -16,6 +16,12 @@ using OdometryType = nav_msgs::msg::dds_::Odometry_PubSubType;
 using PoseType = geometry_msgs::msg::dds_::PoseStamped_PubSubType;
 using ImageType = sensor_msgs::msg::dds_::Image_PubSubType;
 
+TransportOptions over(const NetworkOptions& network) {
+  TransportOptions transport;
+  transport.network = network;
+  return transport;
+}
+
 std::string on_the_wire(const std::string& name) { return "rt" + name; }
 
 std::uint64_t program(const Origin& origin) {
@@ -60,7 +66,7 @@ class Listener final : public RosListener {
  public:
   Status open(std::uint32_t domain, const std::string& name, const RosTopics& topics, RosHandler* handler,
               const NetworkOptions& network) {
-    auto participant = Participant::open(domain, name, {}, {.network = network}, [](const PeerEvent&) {});
+    auto participant = Participant::open(domain, name, {}, over(network), [](const PeerEvent&) {});
     if (auto s = keep(std::move(participant), &participant_); !s) return s;
     if (auto s = odometry_.open(
             participant_.get(), RosTopic::kOdometry, topics.odometry, handler,
@@ -97,7 +103,7 @@ Status open_writer(Participant* participant, const std::string& name, std::uniqu
 class Publisher final : public RosPublisher {
  public:
   Status open(std::uint32_t domain, const std::string& name, const RosTopics& topics, const NetworkOptions& network) {
-    auto participant = Participant::open(domain, name, {}, {.network = network}, [](const PeerEvent&) {});
+    auto participant = Participant::open(domain, name, {}, over(network), [](const PeerEvent&) {});
     if (auto s = keep(std::move(participant), &participant_); !s) return s;
     if (auto s = open_writer(participant_.get(), topics.odometry, &odometry_); !s) return s;
     if (auto s = open_writer(participant_.get(), topics.pose, &pose_); !s) return s;

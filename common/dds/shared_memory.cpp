@@ -20,7 +20,7 @@ namespace rtps = eprosima::fastdds::rtps;
 using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr std::uint32_t kSegment_bytes = 8 << 20;  // some depth frames under way
-constexpr std::uint32_t kQueue = 8192;             // datagrams, of which a frame of 640 x 480 has 900
+constexpr std::uint32_t kQueue = 2048;             // datagrams, of which a frame of 640 x 480 has 900
 constexpr std::uint32_t kCallerSegment_bytes = 65536;
 constexpr auto kCallEvery = 200ms;
 constexpr auto kDeafAfter = 3s;
@@ -114,7 +114,8 @@ void SharedMemory::watch() {
     for (const Locator_t& port : ports) caller_->OpenOutputChannel(voices, port);
     if (!voices.empty() && !ports.empty()) {
       rtps::Locators begin(ports.cbegin()), end(ports.cend());
-      voices.front()->send(call_.data(), call_.size(), &begin, &end, std::chrono::steady_clock::now() + 50ms);
+      voices.front()->send(call_.data(), static_cast<std::uint32_t>(call_.size()), &begin, &end,
+                           std::chrono::steady_clock::now() + 50ms);
     }
     if (deaf()) return on_deaf_ ? on_deaf_() : void();
     for (auto waited = 0ms; waited < kCallEvery && !ends_; waited += 50ms) std::this_thread::sleep_for(50ms);

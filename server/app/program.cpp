@@ -106,8 +106,10 @@ class Wire {
       if (given) return Error::invalid(name, "given beside --discovery-listen", "one of the two");
     auto own = dds::own_discovery_server(options_.discovery_port, network_);
     if (!own) return own.failure();
-    auto opened = dds::DiscoveryServer::open(options_.domain, options_.discovery_port,
-                                             {.network = network_, .on_packets_dropped = on_dropped_});
+    dds::TransportOptions transport;
+    transport.network = network_;
+    transport.on_packets_dropped = on_dropped_;
+    auto opened = dds::DiscoveryServer::open(options_.domain, options_.discovery_port, transport);
     if (!opened) return opened.failure();
     introducer_ = std::move(opened).value();
     network_.discovery_servers = {*own};

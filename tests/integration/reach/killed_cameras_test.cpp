@@ -151,7 +151,8 @@ TEST_F(KilledCameras, LeaveNoDeafServerOverSharedMemory) {
   }
   std::printf("%d cameras killed: the server ended %d times; it was heard or had ended within %.2f s\n", count, ended,
               longest_s);
-  if (asked()) EXPECT_LT(longest_s, 5.0);
+  if (!asked()) return;
+  EXPECT_LT(longest_s, 5.0);
 }
 
 }  // namespace

@@ -113,6 +113,28 @@ Process in_environment(std::vector<std::string> variables, const std::string& pr
   return Process("/usr/bin/env", variables, log);
 }
 
+TEST(SharedMemory, OfAnotherContainerGivesWayToUdp) {
+  Programs programs("containers");
+  // As in a container: a /dev/shm of its own on the same host, and the same interfaces.
+  const std::string camera = std::string(CAMERA_PROGRAM) + " --domain " + programs.domain() +
+                             " --width 320 --height 180 --seconds 2 --shared-memory";
+  const auto apart = [&](const std::string& command, const std::string& log) {
+    return Process(
+        "/usr/bin/unshare",
+        {"--user", "--map-root-user", "--mount", "/bin/sh", "-c", "mount -t tmpfs none /dev/shm && exec " + command},
+        programs.file(log));
+  };
+  Process trial = apart("/bin/true", "trial.log");
+  if (trial.wait(10s).value_or(-1) != 0) GTEST_SKIP() << "no mount namespaces here: " << trial.output();
+  Process planner = programs.server("server.log", {"--shared-memory"});
+  ASSERT_TRUE(planner.wait_for_output("ready: server", 60s)) << planner.output();
+  Process elsewhere = apart(camera, "elsewhere.log");
+  EXPECT_EQ(elsewhere.wait(60s).value_or(-1), 0);
+  int commands = 0;
+  EXPECT_EQ(std::sscanf(elsewhere.output().c_str(), "joined heard %d commands", &commands), 1) << elsewhere.output();
+  EXPECT_GT(commands, 20) << planner.output();
+}
+
 TEST(Surroundings, ProfilesAreNamedAndNotHeededAndADiscoveryServerIsTaken) {
   Programs programs("surroundings");
   const std::string port = std::to_string(20000 + own_domain());
