@@ -34,6 +34,8 @@ class LateTicks {
 
   /// Too many for one more vehicle.
   bool closed() const noexcept { return beyond(kHurry) || beyond(kTooMuch); }
+  /// So many that somebody may have to go.
+  bool overloaded() const noexcept { return beyond(kOverload); }
   /// Somebody has to go now.
   bool shed_due(Stamp now) const noexcept;
   /// Somebody went.

@@ -107,7 +107,7 @@ void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const
   if (!first && heard > 0 && in_lockstep == 0) costs_.learn_other(other_ / static_cast<double>(heard));
   late_ticks_.add(now, ticks, late);
   if (late_ticks_.closed())
-    hold(now + kHold, taken());
+    hold(now + kHold, std::max(taken(), kBlameless * capacity_.all));
   else if (!first && now >= held_until_)
     most_ = std::min(capacity_.all, most_ + kGrowth_per_s * capacity_.all * passed_s);
   histories_ = std::move(kept);
@@ -130,7 +130,11 @@ void Room::hold(Stamp until, double taken) {
 
 double Room::left_by(const Need& load) const { return free_cores(capacity_, load) - (capacity_.all - most_); }
 
-double Room::free() const { return late_ticks_.closed() && on() ? 0.0 : std::max(0.0, left_by(load())); }
+bool Room::closed() const {
+  return taken() < kBlameless * capacity_.all ? late_ticks_.overloaded() : late_ticks_.closed();
+}
+
+double Room::free() const { return closed() && on() ? 0.0 : std::max(0.0, left_by(load())); }
 
 double Room::taken() const {
   const Need taken = load();
@@ -153,7 +157,7 @@ Room::Answer Room::ask(const Newcomer& newcomer) const {
     Need with = load();
     with += need;
     lacking = std::max(0.0, -left_by(with));
-    if (late_ticks_.closed()) lacking = std::max(lacking, need.all());  // it must not become more
+    if (closed()) lacking = std::max(lacking, need.all());  // it must not become more
   }
   if (lacking > 0.0 || newcomer.places > 0) {
     const auto going = displaced_by(seats_, newcomer.priority, lacking, newcomer.places);
@@ -161,7 +165,7 @@ Room::Answer Room::ask(const Newcomer& newcomer) const {
       if (lacking <= 0.0) return answer;  // the caller knows why there is no place
       answer.why_not = "the server has no room: " + occupied() + ", profile " + newcomer.profile->name + " needs " +
                        cores(need.all());
-      if (late_ticks_.closed()) answer.why_not += ", and " + late_ticks_.words();
+      if (closed()) answer.why_not += ", and " + late_ticks_.words();
       return answer;
     }
     for (const std::size_t index : *going) answer.displaced.push_back(seats_[index].session);

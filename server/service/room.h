@@ -48,7 +48,9 @@ struct ServerReading {
 /// left. Perception counts up to what its threads can do, since it skips frames. Measuring is a matter of processor
 /// time, not of the clock's: other programs on the same cores change little in it, and show as late ticks (LateTicks).
 /// These close the room by themselves, and teach how much the others leave: what was taken while ticks were late is the
-/// most that may be taken for kHold, or kHoldShed when somebody had to go; then the most grows back slowly.
+/// most that may be taken for kHold, or kHoldShed when somebody had to go; then the most grows back slowly. While
+/// vehicles take less than kBlameless of the capacity, other programs make ticks late: only an overload closes the room
+/// then, and for as long as it is there.
 /// Thread-safe: no (housekeeping).
 class Room {
  public:
@@ -56,6 +58,7 @@ class Room {
   static constexpr std::chrono::nanoseconds kHold = std::chrono::seconds(10);
   static constexpr std::chrono::nanoseconds kHoldShed = std::chrono::seconds(60);
   static constexpr double kGrowth_per_s = 0.01;  ///< of the capacity
+  static constexpr double kBlameless = 0.5;      ///< of the capacity
 
   Room(const RoomOptions& options, Costs costs);
 
@@ -108,6 +111,7 @@ class Room {
   };
   Need load() const;
   double left_by(const Need& load) const;
+  bool closed() const;
   void hold(Stamp until, double taken);
   void learn(const SessionReading& session, const SessionReading& before, double helped);
   std::string occupied() const;

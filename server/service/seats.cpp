@@ -47,7 +47,9 @@ std::optional<std::vector<std::size_t>> displaced_by(std::span<const Seat> seats
     lacking -= seats[i].need.all();
     going.push_back(i);
   }
-  if (lacking > 0.0 || going.size() < places) return std::nullopt;
+  const auto flying = std::count_if(seats.begin(), seats.end(), [](const Seat& seat) { return seat.real_time; });
+  const bool alone = going.size() == static_cast<std::size_t>(flying);
+  if ((lacking > 0.0 && !alone) || going.size() < places) return std::nullopt;
   return going;
 }
 

@@ -47,7 +47,7 @@ std::optional<std::size_t> shed_next(std::span<const Seat> seats);
 /// Who must go to make room for a newcomer of `priority`: as few as suffice, in the order of goes_before(), all of
 /// lower priority and in real time.
 /// @param lacking  cores that have to become free   @param places  seats that have to
-/// @return empty: they would not suffice
+/// @return empty: they would not suffice. All that fly in real time always do: the newcomer is alone then
 std::optional<std::vector<std::size_t>> displaced_by(std::span<const Seat> seats, std::uint8_t priority, double lacking,
                                                      std::size_t places);
 

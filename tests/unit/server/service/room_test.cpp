@@ -58,6 +58,7 @@ TEST(Seats, OnlyLowerPrioritiesAreDisplacedAndNoMoreThanSuffice) {
   EXPECT_EQ(displaced_by(seats, 5, 0.5, 0), std::nullopt) << "then nobody goes";
   EXPECT_EQ(displaced_by(seats, 3, 0.1, 0), std::nullopt) << "equals don't displace each other";
   EXPECT_THAT(displaced_by(seats, 9, 0.7, 0).value(), ElementsAre(1, 2, 0, 3));
+  EXPECT_THAT(displaced_by(seats, 9, 5.0, 0).value(), ElementsAre(1, 2, 0, 3)) << "alone it always fits";
 }
 
 /// Ticks of some vehicles, a quarter of a second each.
@@ -245,8 +246,17 @@ TEST_F(RoomTest, TheFirstVehicleAlwaysFits) {
   EXPECT_FALSE(room_->ask(newcomer()).fits);
 }
 
-TEST_F(RoomTest, LateTicksCloseTheRoom) {
+TEST_F(RoomTest, LateTicksOfWhichVehiclesTakeLittleCloseTheRoomForAMoment) {
   enter(1, 5, 2.0);
+  pass(4s);
+  pass(2s, 4);
+  EXPECT_FALSE(room_->ask(newcomer()).fits);
+  pass(3s);
+  EXPECT_TRUE(room_->ask(newcomer()).fits) << "other programs did that";
+}
+
+TEST_F(RoomTest, LateTicksCloseTheRoom) {
+  for (std::uint64_t session = 1; session <= 2; ++session) enter(session);
   pass(4s);
   ASSERT_TRUE(room_->ask(newcomer()).fits);
   pass(2s, 4);
