@@ -21,7 +21,8 @@ struct NetworkOptions {
   std::vector<std::string> discovery_servers;
   /// Shared memory beside UDP, for processes of one host, one user and one /dev/shm (decision 0046).
   bool shared_memory = false;
-  /// Folder of certificates and permissions. Empty: no security.
+  /// Folder that gatefield-keys made for who takes part here: the domain is closed to everybody who has none
+  /// (docs/security.md). Empty: it is open. Doesn't go with discovery servers.
   std::string security;
 };
 
@@ -33,8 +34,9 @@ inline constexpr std::size_t kMaxDiscoveryServers = 8;
 Status validate_peer(const std::string& peer);
 Status validate_discovery_server(const std::string& server);
 
-/// Checks all that can be checked without asking the system: syntax, numbers, and that peers and discovery servers are
-/// not named together. Errors: kInvalid with the field ("peers", "interfaces", "discovery_servers").
+/// Checks all that can be checked without asking the system: syntax, numbers, and that peers or security are not asked
+/// for beside discovery servers. Errors: kInvalid with the field ("peers", "interfaces", "discovery_servers",
+/// "security").
 Status validate(const NetworkOptions& options);
 
 }  // namespace gatefield::dds
