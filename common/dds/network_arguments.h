@@ -17,8 +17,8 @@ namespace gatefield::dds {
 /// @param group  heading in --help   @param options  outlives the parsing
 void add_network_options(CLI::App* app, NetworkOptions* options, const std::string& group = "Network");
 
-/// The same as words of a command line, for a program that starts another one; without security, where each has a folder
-/// of its own.
+/// The same as words of a command line, for a program that starts another one; without security, where each has
+/// a folder of its own.
 std::vector<std::string> network_arguments(const NetworkOptions& options);
 
 }  // namespace gatefield::dds
