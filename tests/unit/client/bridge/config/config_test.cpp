@@ -201,7 +201,10 @@ void fill(google::protobuf::Message* message) {
         reflection->SetDouble(message, field, 1.0);
         break;
       case FieldDescriptor::CPPTYPE_STRING:
-        reflection->SetString(message, field, "udp:127.0.0.1:9");
+        if (field->is_repeated())
+          reflection->AddString(message, field, "127.0.0.1");
+        else
+          reflection->SetString(message, field, "udp:127.0.0.1:9");
         break;
       default:
         break;
