@@ -130,8 +130,7 @@ class Wire {
 void end_as_deaf(std::atomic<bool>* deaf) {
   log::error(
       "shared memory no longer brings anything: a program that used it was killed (decision 0046). This server ends, "
-      "to "
-      "be started again; without --shared-memory this can't happen");
+      "to be started again; without --shared-memory this can't happen");
   deaf->store(true);
   std::this_thread::sleep_for(std::chrono::seconds(2));
   std::_Exit(kDeaf);
