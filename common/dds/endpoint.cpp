@@ -18,6 +18,8 @@ const char* topic_name(Topic topic) noexcept {
       return "gatefield/vehicle/command";
     case Topic::kTelemetry:
       return "gatefield/telemetry";
+    case Topic::kPilotRecord:
+      return "gatefield/server/pilot";
   }
   return "gatefield/unknown";
 }
@@ -54,6 +56,8 @@ std::string_view sentence(SampleFault fault) noexcept {
       return "nothing";
     case SampleFault::kStranger:
       return "another participant has that session or number, or nobody";
+    case SampleFault::kElsewhere:
+      return "it flies with another server";
     case SampleFault::kTooManyNames:
       return "it asks for more vehicles than one participant may, or all together";
     case SampleFault::kTooOften:

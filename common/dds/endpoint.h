@@ -13,7 +13,15 @@
 namespace gatefield::dds {
 
 /// The topics of docs/wire.md, for counters and sentences.
-enum class Topic : std::uint8_t { kSessionRequest, kSessionReply, kVehicleState, kDepthFrame, kCommand, kTelemetry };
+enum class Topic : std::uint8_t {
+  kSessionRequest,
+  kSessionReply,
+  kVehicleState,
+  kDepthFrame,
+  kCommand,
+  kTelemetry,
+  kPilotRecord,
+};
 
 /// The topic's name on the wire, for example "gatefield/vehicle/state".
 const char* topic_name(Topic topic) noexcept;

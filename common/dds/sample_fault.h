@@ -11,6 +11,7 @@ enum class SampleFault : std::uint8_t {
   kStranger,      ///< another participant has the vehicle's session, or nobody; or the number is another's
   kTooManyNames,  ///< more vehicles than one participant, or all together, may ask for
   kTooOften,      ///< more requests, samples or bytes a second than one may send
+  kElsewhere,     ///< of a vehicle that asked here, too, and flies with another server: nobody's fault
 };
 /// For people: "another participant has its session, or nobody".
 std::string_view sentence(SampleFault fault) noexcept;

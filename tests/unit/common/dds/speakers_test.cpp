@@ -57,7 +57,8 @@ TEST_F(SpeakersTest, AnotherRequestTakesTheSessionOverWhenItIsAccepted) {
 
 TEST_F(SpeakersTest, NobodySpeaksWhenTheSessionIsOver) {
   speakers_.unbind("drone");
-  EXPECT_EQ(speaks(kVictim), Fault::kStranger);
+  EXPECT_EQ(speaks(kVictim), Fault::kElsewhere) << "it has asked here, and may fly with another server";
+  EXPECT_EQ(speaks(kStranger), Fault::kStranger);
   speakers_.bind("drone", 70);
   EXPECT_EQ(speaks(kVictim), Fault::kNone) << "its request is still there";
 }
