@@ -42,8 +42,8 @@ struct PilotParts {
 ///   intake()    receiving threads: what comes from the vehicle
 ///   looking()   a perception thread: what the frames show
 ///   stepping()  a control thread: the next command
-/// The sides share Mailboxes and nothing else; none of them waits for another. save() and restore() belong to whoever
-/// has stopped all three.
+/// The sides share Mailboxes and nothing else; none of them waits for another. save() belongs to whoever has stopped
+/// the last two, restore() to whoever has stopped all three.
 class Pilot {
  public:
   explicit Pilot(PilotParts parts);
@@ -74,12 +74,12 @@ class Pilot {
   /// The newest note; nothing when there was none.
   std::optional<Note> last_note() { return shared_.account.last_note(); }
 
-  // ---- moving to another process (while no side runs) -------------------------------------------------------------
+  // ---- moving to another process ----------------------------------------------------------------------------------
   /// All that decides later commands, in some kilobytes. Counters for telemetry are left out, and so is a frame that
   /// nobody has looked at yet: the restored pilot takes it when it comes again.
   std::string save();
-  /// Makes a new pilot of the same session go on where another one was: it gives the same commands, bit for bit, given
-  /// the same model and instruction set.
+  /// Makes a pilot of the same session, which was not fed yet, go on where another one was: it gives the same commands,
+  /// bit for bit, given the same model and instruction set. Again, from a later state, as often as it takes.
   /// @param clock_ahead  this server's clock less that of the server that saved, at the same moment
   /// Errors, which leave the pilot as it was: kVersion for another format or model, kInvalid for a state of another
   /// session, course or profile, or a damaged one.

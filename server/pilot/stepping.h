@@ -75,6 +75,9 @@ class Stepping {
   void solved(std::chrono::nanoseconds took) noexcept;
   /// The command was handed to the transport. @param ok  what the transport said
   void sent(Stamp now, bool ok) noexcept;
+  /// Another server flew this session and sent this command after it wrote down what was restored here: the vehicle
+  /// has it, and what goes on from here is predicted through it. @pre command passed protocol::validate
+  void sent_elsewhere(const protocol::ThrustRateCommand& command) noexcept;
   void missed_deadlines(std::uint64_t count) noexcept { Account::count(shared_->account.deadlines_missed, count); }
 
   planner::Planner& planner() noexcept { return *planner_; }
