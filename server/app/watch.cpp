@@ -9,6 +9,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr auto kDrainedWithin = 100ms;  // of the last vehicle's leaving
+
 }  // namespace
 
 Status Watch::offer(const std::string& address) {
@@ -30,6 +32,14 @@ const char* Watch::run(const Signals& signals) {
     if (number == SIGINT || number == SIGTERM) {
       manager_.stopping("ends");
       return number == SIGINT ? "SIGINT" : "SIGTERM";
+    }
+    if (parts_.service->drained()) {
+      manager_.stopping("is drained");
+      return "drained";
+    }
+    if (number == SIGUSR1) {
+      parts_.drain();
+      period = std::min<std::chrono::nanoseconds>(period, kDrainedWithin);
     }
     if (number == SIGHUP) {
       manager_.reloading();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -50,6 +51,10 @@ struct Figures {
   std::uint64_t sessions_begun = 0;
   std::uint64_t strays = 0;  ///< samples for vehicles that have no session here
   ByCode requests_refused{};
+  std::uint64_t taken_over = 0;   ///< sessions that this server took over
+  std::uint64_t handed_over = 0;  ///< sessions that it handed over
+  bool heir_there = false;        ///< its stand-by is there
+  std::size_t stands_by_for = 0;  ///< vehicles that it could take over now
   std::vector<Vehicle> vehicles;  ///< that have a session
 };
 

@@ -45,7 +45,27 @@ Service::Service(ServiceOptions options, Factories factories, const Clock* clock
       profiles_(options_.profiles),
       factories_(std::move(factories)),
       clock_(clock),
-      transport_(transport) {}
+      transport_(transport) {
+  if (options_.has_heir) hand_over_ = std::make_unique<HandOver>(clock_, transport_);
+  if (!options_.stands_by) return;
+  StandBy::Parts parts;
+  parts.clock = clock_;
+  parts.transport = transport_;
+  parts.max_vehicles = options_.max_vehicles;
+  parts.make = [this](const protocol::SessionRequest& request,
+                      std::uint64_t session) -> Result<std::shared_ptr<pilot::Pilot>> {
+    if (const Status known = check_profile(request); !known) return known.failure();
+    auto made = parts_for(request);
+    if (!made) return made.failure();
+    made.value().session = session;
+    return std::make_shared<pilot::Pilot>(std::move(made).value());
+  };
+  parts.take_over = [this](const StandBy::Taken& taken) { take_over(taken); };
+  parts.forget = [this](const std::string& vehicle) {
+    if (!session_of(vehicle)) transport_->forget(vehicle);  // else it has joined here meanwhile
+  };
+  stand_by_ = std::make_unique<StandBy>(std::move(parts));
+}
 
 Service::~Service() { stop(); }
 
@@ -58,6 +78,8 @@ void Service::start() {
         if (pilot.lockstep()) control_->wake(&pilot);
       });
   make_figures({}, clock_->now());
+  if (hand_over_) hand_over_->start([this] { return pilots(); }, control_.get(), perception_.get());
+  if (stand_by_) stand_by_->start();
   housekeeper_ = std::thread([this] { run(); });
 }
 
@@ -68,6 +90,10 @@ void Service::stop() {
   }
   queue_filled_.notify_all();
   if (housekeeper_.joinable()) housekeeper_.join();
+  if (stand_by_) stand_by_->stop();
+  if (hand_over_) hand_over_->stop();
+  for (const auto& pilot : pilots())
+    if (hand_over_ && hand_over_->is_ready(*pilot)) give_over(pilot);
   // Vehicles hear of it before the threads end: their own fallback is then a matter of the reply, not of a time-out.
   std::map<std::string, std::shared_ptr<pilot::Pilot>> ending;
   {
@@ -76,6 +102,7 @@ void Service::stop() {
   }
   for (const auto& [vehicle, pilot] : ending) {
     detach(*pilot);
+    if (hand_over_) hand_over_->over(*pilot);
     tell_no(pilot->request(), Error("server " + options_.name + " is leaving", ErrorCode::kLeaving));
   }
   if (control_) control_->stop();
@@ -104,6 +131,56 @@ void Service::on_gone(const std::string& vehicle, std::uint64_t request) {
   queue_filled_.notify_one();
 }
 
+void Service::drain() {
+  draining_.store(true, std::memory_order_relaxed);
+  queue_filled_.notify_one();
+}
+
+void Service::on_heir(bool there) {
+  if (!hand_over_) return;
+  hand_over_->heir(there);
+  {
+    const std::lock_guard lock(queue_mutex_);
+    if (stopping_) return;
+    queue_.emplace_back(NewHeir{});
+  }
+  queue_filled_.notify_one();
+}
+
+void Service::on_leader(bool there, bool ours_first) {
+  if (stand_by_) stand_by_->on_leader(there, ours_first);
+}
+
+void Service::on_record(const protocol::PilotRecord& record) {
+  using Said = protocol::PilotRecord::Kind;
+  if (record.kind == Said::kReady && hand_over_) return hand_over_->ready(record.vehicle, record.session);
+  if (record.kind == Said::kTaken && hand_over_) {
+    {
+      const std::lock_guard lock(queue_mutex_);
+      if (stopping_ || queue_.size() >= 2 * kMaxQueue) return;  // it is said again
+      queue_.emplace_back(TakenAway{record.vehicle, record.session});
+    }
+    return queue_filled_.notify_one();
+  }
+  if (record.kind > Said::kOver || !stand_by_) return;
+  const std::shared_ptr<pilot::Pilot> own = session_of(record.vehicle);
+  if (!own || record.kind == Said::kOver) return stand_by_->on_record(record);
+  // A leader that comes back to life writes down what is flown from here; of another client of that name, the session
+  // here ends first.
+  // One that no state came for is not flown from here: the vehicle has another server, and keeps ours as a spare.
+  const bool flown = own->account().states_received.load(std::memory_order_relaxed) > 0;
+  if (!flown || own->request().request != record.request) return;
+  protocol::PilotRecord taken = record;
+  taken.kind = Said::kTaken;
+  taken.pilot.clear();
+  taken.written = clock_->now();
+  transport_->tell(taken);
+}
+
+void Service::on_leader_command(const protocol::ThrustRateCommand& command) {
+  if (stand_by_) stand_by_->on_command(command);
+}
+
 void Service::set_profiles(Profiles profiles) {
   {
     const std::lock_guard lock(queue_mutex_);
@@ -115,6 +192,7 @@ void Service::set_profiles(Profiles profiles) {
 
 void Service::on_state(const protocol::VehicleState& state) {
   const std::shared_ptr<pilot::Pilot> pilot = session_of(state.vehicle);
+  if (!pilot && stand_by_ && stand_by_->on_state(state)) return;
   if (!pilot) return stray(state.vehicle, "state");
   const pilot::Intake::Outcome outcome = pilot->intake().take_state(state, clock_->now());
   if (outcome == pilot::Intake::Outcome::kRejected || !pilot->lockstep() || !control_) return;
@@ -124,6 +202,7 @@ void Service::on_state(const protocol::VehicleState& state) {
 
 void Service::on_depth(protocol::DepthFrame& frame) {
   const std::shared_ptr<pilot::Pilot> pilot = session_of(frame.vehicle);
+  if (!pilot && stand_by_ && stand_by_->on_depth(frame)) return;
   if (!pilot) return stray(frame.vehicle, "depth");
   const pilot::Intake::Outcome outcome = pilot->intake().take_depth(frame, clock_->now());
   if (!control_) return;
@@ -184,19 +263,24 @@ void Service::housekeep() {
     if (const auto* const asked = std::get_if<Asked>(&item)) {
       answer(*asked);
     } else if (const auto* const gone = std::get_if<Gone>(&item)) {
+      if (stand_by_) stand_by_->on_gone(gone->vehicle, gone->request);
       const std::shared_ptr<pilot::Pilot> pilot = session_of(gone->vehicle);
       if (pilot && pilot->request().request == gone->request) end(pilot, "its client is gone");
+    } else if (const auto* const taken = std::get_if<TakenAway>(&item)) {
+      let_go(*taken);
+    } else if (std::holds_alternative<NewHeir>(item)) {
+      for (const auto& pilot : pilots()) transport_->send(reply_to(*pilot));
     } else {
       profiles_ = std::move(std::get<Profiles>(item));
     }
   }
+  if (stand_by_) stand_by_->tend();
+  if (draining_.load(std::memory_order_relaxed) && hand_over_)
+    for (const auto& pilot : pilots())
+      if (hand_over_->is_ready(*pilot)) give_over(pilot);
 
   const Stamp now = clock_->now();
-  std::vector<std::shared_ptr<pilot::Pilot>> all;
-  {
-    const std::shared_lock lock(sessions_mutex_);
-    for (const auto& [vehicle, pilot] : sessions_) all.push_back(pilot);
-  }
+  std::vector<std::shared_ptr<pilot::Pilot>> all = pilots();
   for (const auto& pilot : all) {
     const auto limit = pilot->lockstep() ? options_.abandon_lockstep_after : options_.abandon_after;
     const auto silent = now - pilot->intake().last_heard();
@@ -212,6 +296,13 @@ void Service::housekeep() {
   }
 }
 
+std::vector<std::shared_ptr<pilot::Pilot>> Service::pilots() const {
+  std::vector<std::shared_ptr<pilot::Pilot>> all;
+  const std::shared_lock lock(sessions_mutex_);
+  for (const auto& [vehicle, pilot] : sessions_) all.push_back(pilot);
+  return all;
+}
+
 std::shared_ptr<const Figures> Service::figures() const {
   const std::lock_guard lock(figures_mutex_);
   return figures_;
@@ -225,6 +316,10 @@ void Service::make_figures(const std::vector<std::shared_ptr<pilot::Pilot>>& pil
   made->sessions_begun = sessions_begun_;
   made->strays = strays();
   made->requests_refused = requests_refused_;
+  made->taken_over = taken_over_.load(std::memory_order_relaxed);
+  made->handed_over = handed_over_.load(std::memory_order_relaxed);
+  made->heir_there = hand_over_ && hand_over_->heir_there();
+  made->stands_by_for = stand_by_ ? stand_by_->ready() : 0;
   for (const auto& pilot : pilots) {
     Figures::Vehicle& vehicle = made->vehicles.emplace_back();
     pilot->fill(now, &vehicle.telemetry);
@@ -277,6 +372,7 @@ void Service::answer(const Asked& asked) {
       log::warn("dropped a session request: " + named.error() + and_others(held));
     return;
   }
+  if (left_to_the_leader(asked)) return;
   if (!asked.verdict) return refuse(request, asked.verdict.failure());
   if (const Status status = protocol::validate(request); !status) return refuse(request, status.failure());
 
@@ -286,6 +382,12 @@ void Service::answer(const Asked& asked) {
     return;
   }
   if (live && live->request().request == request.request) return transport_->send(reply_to(*live));
+  if (draining_.load(std::memory_order_relaxed)) {
+    unsigned held = 0;
+    if (drain_log_.admit(clock_->now(), &held))
+      log::info("vehicle " + request.vehicle + ": not answered, the server is being drained" + and_others(held));
+    return;
+  }
 
   const Stamp now = clock_->now();
   const auto silent = [&](const pilot::Pilot& pilot) { return now - pilot.intake().last_heard(); };
@@ -327,6 +429,18 @@ void Service::answer(const Asked& asked) {
     detach(*live);
   }
   accept(std::move(parts).value());
+}
+
+/// Who stands by knows what was asked, and says nothing to it: but for what is flown from here already.
+bool Service::left_to_the_leader(const Asked& asked) {
+  const protocol::SessionRequest& request = asked.request;
+  if (!stand_by_) return false;
+  if (request.action == protocol::SessionRequest::Action::kLeave)
+    stand_by_->on_gone(request.vehicle, request.request);
+  else if (asked.verdict && protocol::validate(request))
+    stand_by_->on_request(request);
+  const auto own = session_of(request.vehicle);
+  return stand_by_->holds_back() && !(own && own->request().request == request.request);
 }
 
 Status Service::check_profile(const protocol::SessionRequest& request) const {
@@ -372,23 +486,64 @@ std::uint64_t Service::new_session() const {
 void Service::accept(pilot::PilotParts parts) {
   const auto pilot = std::make_shared<pilot::Pilot>(std::move(parts));
   const protocol::SessionRequest& request = pilot->request();
-  {
-    const std::unique_lock lock(sessions_mutex_);
-    sessions_[request.vehicle] = pilot;
-  }
-  if (control_) {
-    perception_->add(pilot);
-    control_->add(pilot);
-  }
+  serve(pilot, 0);
   ++sessions_begun_;
-  // Last: the first state may come as soon as the vehicle hears of it, and has to find somebody to wake.
-  transport_->send(reply_to(*pilot));
   const planner::Profile& profile = profiles_.at(request.profile);
   log::info(
       "vehicle " + request.vehicle + ": session " + std::to_string(pilot->session()) + ", profile " + profile.name +
       ", " + (pilot->lockstep() ? "lockstep" : "real time at " + text(profile.control_rate_hz) + " Hz") + ", " +
       std::to_string(request.course.waypoints.size()) + " waypoints, " + std::to_string(request.course.laps) + " laps");
   warn_of_openings(request);
+}
+
+/// Any thread.
+void Service::serve(const std::shared_ptr<pilot::Pilot>& pilot, std::uint32_t take_overs) {
+  {
+    const std::unique_lock lock(sessions_mutex_);
+    sessions_[pilot->vehicle()] = pilot;
+  }
+  if (hand_over_) hand_over_->begin(*pilot, take_overs);
+  if (control_) {
+    control_->add(pilot);
+    perception_->add(pilot);
+  }
+  // Last: the first state may come as soon as the vehicle hears of it, and has to find somebody to wake.
+  transport_->send(reply_to(*pilot));
+}
+
+/// On the stand-by's thread.
+void Service::take_over(const StandBy::Taken& taken) {
+  serve(taken.pilot, taken.take_overs);
+  taken_over_.fetch_add(1, std::memory_order_relaxed);
+}
+
+/// The heir flies it from here on. The vehicle hears of it first, and takes the heir's first command at once then.
+void Service::give_over(const std::shared_ptr<pilot::Pilot>& pilot) {
+  {
+    const std::unique_lock lock(sessions_mutex_);
+    sessions_.erase(pilot->vehicle());
+  }
+  protocol::SessionReply reply = reply_to(*pilot);
+  reply.code = ErrorCode::kLeaving;
+  transport_->send(reply);
+  detach(*pilot);
+  hand_over_->give(pilot.get());
+  transport_->forget(pilot->vehicle());
+  told_.erase(pilot->vehicle());
+  handed_over_.fetch_add(1, std::memory_order_relaxed);
+  log::info("vehicle " + pilot->vehicle() + ": session " + std::to_string(pilot->session()) + " handed over");
+}
+
+/// The heir says that it flies the session. It may be wrong about why it had to, but the vehicle must have one pilot,
+/// and takes the heir's commands as soon as ours stop.
+void Service::let_go(const TakenAway& taken) {
+  const std::shared_ptr<pilot::Pilot> pilot = session_of(taken.vehicle);
+  if (!pilot || pilot->session() != taken.session) return;
+  // One that never sent a state here heard our acceptance as a spare's.
+  const bool spare = pilot->account().states_received.load(std::memory_order_relaxed) == 0;
+  std::optional<Error> told;
+  if (spare) told = Error("the vehicle is flown by another server", ErrorCode::kLeaving);
+  end(pilot, "its stand-by flies it", told);
 }
 
 void Service::warn_of_openings(const protocol::SessionRequest& request) const {
@@ -449,6 +604,7 @@ void Service::end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string&
     if (found != sessions_.end() && found->second == pilot) sessions_.erase(found);
   }
   detach(*pilot);
+  if (hand_over_) hand_over_->over(*pilot);
   if (told) tell_no(pilot->request(), *told);
   transport_->forget(pilot->vehicle());
   told_.erase(pilot->vehicle());

@@ -25,6 +25,8 @@
 #include "server/planner/planner.h"
 #include "server/planner/profile.h"
 #include "server/service/figures.h"
+#include "server/service/hand_over.h"
+#include "server/service/stand_by.h"
 #include "server/service/transport.h"
 #include "server/service/workers.h"
 
@@ -50,6 +52,8 @@ struct ServiceOptions {
   std::chrono::nanoseconds abandon_lockstep_after = std::chrono::seconds(60);  ///< simulators may be paused
   std::chrono::nanoseconds telemetry_period = std::chrono::milliseconds(500);
   std::chrono::nanoseconds figures_period = std::chrono::milliseconds(500);
+  bool has_heir = false;   ///< was told of a stand-by
+  bool stands_by = false;  ///< is one
 };
 
 /// What the service makes pilots from, one of each a session; the error is what the vehicle is refused with. Tests put
@@ -81,6 +85,11 @@ struct Factories {
 /// was not told yet: no command need go out for that. The log has a line when a session's problems change, one a second
 /// at most.
 ///
+/// Several servers. One that has an heir writes its pilots down for it (HandOver); one that stands by follows those of
+/// its leader and takes them over (StandBy), and answers no request while the leader does. Who took a session over has
+/// it for good: the other one lets go as soon as it hears so. A vehicle that is handed over is told with an accepted
+/// reply of code kLeaving, and flies on.
+///
 /// A session is a pilot::Pilot here; nothing in this folder knows how to fly.
 ///
 /// on_*() may be called from any thread; they store what came and return (requests wait for housekeeping). Without
@@ -94,8 +103,11 @@ class Service {
 
   /// Starts the control, perception and housekeeping threads.
   void start();
-  /// Ends all threads and tells every vehicle that the server is leaving. Nothing is sent afterwards.
+  /// Ends all threads. Vehicles that the heir is ready for are handed over, the others are told that the server is
+  /// leaving. Nothing is sent afterwards.
   void stop();
+  /// Newcomers are not answered any more, and each vehicle is handed over when the heir is ready for it. Any thread.
+  void drain();
 
   // ---- from the transport -----------------------------------------------------------------------------------------
   /// @param verdict  what was wrong with the request on its way here, if anything
@@ -109,6 +121,14 @@ class Service {
   /// A sample was refused on its way here; `vehicle` may be empty or unknown.
   void on_rejected(Kind kind, const std::string& vehicle, const Error& why);
 
+  // ---- from the transport, of other servers: those that the options say there are -----------------------------------
+  void on_heir(bool there);
+  /// @param ours_first  the other one stands by for us, too, and newcomers are ours
+  void on_leader(bool there, bool ours_first = false);
+  void on_record(const protocol::PilotRecord& record);
+  /// What the leader tells a vehicle.
+  void on_leader_command(const protocol::ThrustRateCommand& command);
+
   // ---- from whoever runs the server -------------------------------------------------------------------------------
   /// Sessions that begin from now on have these; those that there are keep what they began with. Any thread.
   void set_profiles(Profiles profiles);
@@ -118,6 +138,12 @@ class Service {
   void housekeep();
   std::shared_ptr<pilot::Pilot> session_of(const std::string& vehicle) const;
   std::size_t sessions() const;
+  /// drain() was called, and the last vehicle has left.
+  bool drained() const { return draining_.load(std::memory_order_relaxed) && sessions() == 0; }
+  /// Writes its pilots down for the heir, as its thread does. @pre has_heir
+  void write_down() { hand_over_->follow(pilots()); }
+  /// Takes over what has to be, as its thread does. @pre stands_by
+  void look_after() { stand_by_->look(); }
   /// Samples for vehicles that have no session here.
   std::uint64_t strays() const noexcept { return strays_.load(std::memory_order_relaxed); }
   /// The newest that housekeeping has made: how old they are says whether it still runs. Any thread.
@@ -134,6 +160,11 @@ class Service {
     std::string vehicle;
     std::uint64_t request;
   };
+  struct NewHeir {};
+  struct TakenAway {
+    std::string vehicle;
+    std::uint64_t session;
+  };
 
   /// What was told of a session's problems.
   struct Told {
@@ -144,10 +175,16 @@ class Service {
   };
 
   void answer(const Asked& asked);
+  bool left_to_the_leader(const Asked& asked);
   Status check_profile(const protocol::SessionRequest& request) const;
   /// @pre check_profile(request)
   Result<pilot::PilotParts> parts_for(const protocol::SessionRequest& request) const;
   void accept(pilot::PilotParts parts);
+  void serve(const std::shared_ptr<pilot::Pilot>& pilot, std::uint32_t take_overs);
+  void take_over(const StandBy::Taken& taken);
+  void give_over(const std::shared_ptr<pilot::Pilot>& pilot);
+  void let_go(const TakenAway& taken);
+  std::vector<std::shared_ptr<pilot::Pilot>> pilots() const;
   void warn_of_openings(const protocol::SessionRequest& request) const;
   std::uint64_t new_session() const;
   void refuse(const protocol::SessionRequest& request, const Error& why);
@@ -174,12 +211,13 @@ class Service {
 
   std::mutex queue_mutex_;
   std::condition_variable queue_filled_;
-  std::deque<std::variant<Asked, Gone, Profiles>> queue_;
+  std::deque<std::variant<Asked, Gone, Profiles, NewHeir, TakenAway>> queue_;
   std::atomic<bool> stopping_{false};  // changed under the queue's mutex
 
   std::atomic<std::uint64_t> strays_{0};
   RateLimiter stray_log_;
   RateLimiter refusal_log_;
+  RateLimiter drain_log_;
   Stamp next_telemetry_{0};
   Stamp next_log_{0};
   std::map<std::string, Told> told_;  // by vehicle
@@ -190,6 +228,11 @@ class Service {
   Stamp next_figures_{0};
   mutable std::mutex figures_mutex_;
   std::shared_ptr<const Figures> figures_ = std::make_shared<Figures>();
+
+  std::atomic<bool> draining_{false};
+  std::atomic<std::uint64_t> taken_over_{0}, handed_over_{0};  // sessions
+  std::unique_ptr<HandOver> hand_over_;                        // null: has no heir
+  std::unique_ptr<StandBy> stand_by_;                          // null: stands by for nobody
 
   std::unique_ptr<ControlPool> control_;
   std::unique_ptr<PerceptionPool> perception_;
