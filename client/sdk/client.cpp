@@ -332,39 +332,54 @@ class DdsClient final : public Client, private dds::ClientHandler {
   /// A new session is the current one. Under the mutex.
   void adopted() {
     problems_.reset();
-    const std::lock_guard lock(server_mutex_);
-    server_ = logic_.server();
+    listen();
+  }
+  /// Who is heard from now on. Under the mutex.
+  void listen() {
+    const std::lock_guard lock(ear_mutex_);
+    ear_ = logic_.ear();
+  }
+  /// Under the mutex.
+  bool may_answer(const protocol::SessionReply& reply, const dds::ParticipantId& from) const {
+    const bool goes_on = from == logic_.ear().server || from == logic_.ear().heir;  // as our server said, or is it
+    return options_.server.empty() || reply.server == options_.server || goes_on;
   }
 
   void on_reply(const protocol::SessionReply& reply, const dds::ParticipantId& from) override {
-    if (!options_.server.empty() && reply.server != options_.server) return;
     {
       const std::lock_guard lock(mutex_);
-      if (logic_.on_reply(reply, from, wall_now())) adopted();
+      if (!may_answer(reply, from)) return;
+      if (logic_.on_reply(reply, from, wall_now()))
+        adopted();
+      else
+        listen();
     }
     changed_.notify_all();
   }
 
   bool hears(const dds::ParticipantId& from) noexcept override {
-    const std::lock_guard lock(server_mutex_);
-    if (from == server_) return true;
+    const Stamp now = wall_now();
+    const std::lock_guard lock(ear_mutex_);
+    if (ear_.hears(from, now)) return true;
     strangers_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
 
-  void on_command(const protocol::ThrustRateCommand& command) override {
+  void on_command(const protocol::ThrustRateCommand& command, const dds::ParticipantId& from) override {
     {
+      const Stamp now = wall_now();
       const std::lock_guard lock(mutex_);
       const SessionLogic::Heard heard = command.actuation == options_.actuation.kind
-                                            ? logic_.on_command(command)
+                                            ? logic_.on_command(command, from, now)
                                             : SessionLogic::Heard::kForeign;  // this vehicle could not follow it
       if (heard == SessionLogic::Heard::kForeign) ++rejected_;
       if (heard != SessionLogic::Heard::kNew) return;
+      listen();
       ++commands_;
       const Sent& sent = sent_[command.answers_sequence % sent_.size()];
       if (sent.sequence == command.answers_sequence && command.answers_sequence > last_answered_) {
         last_answered_ = command.answers_sequence;
-        newest_round_trip_ = std::min<Stamp>(wall_now() - sent.when, kMaxRoundTrip);
+        newest_round_trip_ = std::min<Stamp>(now - sent.when, kMaxRoundTrip);
         round_trips_.add(seconds(newest_round_trip_));
       }
       solves_.add(command.health.solve_time_s);
@@ -419,8 +434,8 @@ class DdsClient final : public Client, private dds::ClientHandler {
   Window round_trips_;
   Window solves_;
 
-  std::mutex server_mutex_;  // taken after mutex_, and by callbacks that hold the middleware's locks
-  dds::ParticipantId server_;
+  std::mutex ear_mutex_;  // taken after mutex_, and by callbacks that hold the middleware's locks
+  Ear ear_;
   std::atomic<std::uint64_t> strangers_{0};  // commands and telemetry of other participants
 
   std::mutex state_mutex_;  // taken before mutex_

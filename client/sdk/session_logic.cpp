@@ -32,15 +32,23 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, const dds::Part
   const bool late_acceptance = reply.accepted && refused_ && reply.request == *refused_;
   if (phase_ == Phase::kFailed || (reply.request != request_ && !late_acceptance)) return false;
   request_ = reply.request;
-  const bool ours = phase_ != Phase::kJoining && from == server_;
+  const bool ours = phase_ != Phase::kJoining && from == ear_.server;
 
   if (reply.accepted) {
-    if (phase_ == Phase::kJoined && reply.session == session_.session && ours) return false;  // heard before
+    const bool known = phase_ == Phase::kJoined && reply.session == session_.session;
+    if (known && ours) {
+      hear_of(reply);
+      return false;
+    }
+    if (known && from.bytes == session_.heir) {
+      heirs_ = reply;
+      return false;
+    }
     if (phase_ == Phase::kJoined && !ours) {
       spare_ = {reply, from};
       return false;
     }
-    adopt(reply, from);
+    adopt(reply, from, now);
     return true;
   }
 
@@ -59,7 +67,7 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, const dds::Part
     refusal_ = refusal_in(reply);
     if (reply.retry_after_s > 0) next_request_ = now + pause_after(reply, kSilence);
     if (spare_) {
-      adopt_spare();
+      adopt_spare(now);
       return true;
     }
   } else if (spare_ && spare_->from == from) {
@@ -72,35 +80,63 @@ bool SessionLogic::on_state_sent(Stamp now) {
   if (!unanswered_since_) unanswered_since_ = now;
   if (phase_ != Phase::kJoined || !spare_) return false;
   if (!silent(now, spare_->reply.server == session_.server ? kSilenceOfName : kSilence)) return false;
-  adopt_spare();
+  adopt_spare(now);
   unanswered_since_ = now;
   return true;
 }
 
-SessionLogic::Heard SessionLogic::on_command(const protocol::ThrustRateCommand& command) {
+SessionLogic::Heard SessionLogic::on_command(const protocol::ThrustRateCommand& command, const dds::ParticipantId& from,
+                                             Stamp now) {
   if (phase_ == Phase::kJoining || phase_ == Phase::kFailed || command.session != session_.session)
     return Heard::kForeign;
+  if (from != ear_.server) {
+    if (phase_ != Phase::kJoined || !ear_.hears(from, now)) return Heard::kForeign;
+    adopt_heir();
+  }
   if (command.sequence <= last_command_) return Heard::kRepeated;
   last_command_ = command.sequence;
+  ear_.heard = now;
   unanswered_since_.reset();
   return Heard::kNew;
 }
 
-void SessionLogic::adopt_spare() {
+void SessionLogic::adopt_spare(Stamp now) {
   const Spare spare = std::move(*spare_);
-  adopt(spare.reply, spare.from);
+  adopt(spare.reply, spare.from, now);
 }
 
-void SessionLogic::adopt(const protocol::SessionReply& reply, const dds::ParticipantId& from) {
+void SessionLogic::adopt(const protocol::SessionReply& reply, const dds::ParticipantId& from, Stamp now) {
   if (phase_ != Phase::kJoining) ++reconnects_;
   phase_ = Phase::kJoined;
-  session_ = reply;
-  server_ = from;
+  ear_ = {from, {}, false, now, {}};
+  heirs_.reset();
+  hear_of(reply);
   spare_.reset();
   refused_.reset();
   refusal_.reset();
   last_command_ = 0;
   unanswered_since_.reset();
+}
+
+/// The heir is the server from now on, and who comes after it is its to say.
+void SessionLogic::adopt_heir() {
+  ++take_overs_;
+  ear_.server = ear_.heir;
+  ear_.leaving = false;
+  last_command_ = 0;  // it counts on from what it knows of
+  protocol::SessionReply reply = heirs_ ? std::move(*heirs_) : session_;
+  if (!heirs_) reply.heir = {};
+  reply.code = ErrorCode::kOther;
+  heirs_.reset();
+  hear_of(reply);
+}
+
+/// What our server says of the session that we have.
+void SessionLogic::hear_of(const protocol::SessionReply& reply) {
+  session_ = reply;
+  ear_.heir.bytes = reply.heir;
+  ear_.leaving = reply.code == ErrorCode::kLeaving;
+  ear_.patience = 2 * from_seconds(reply.control_period_s);
 }
 
 }  // namespace gatefield::sdk

@@ -8,6 +8,20 @@
 
 namespace gatefield::sdk {
 
+/// Whose commands and telemetry a client takes: its server's; its heir's too, once the server says that it leaves, or
+/// sent no command for `patience`. Small, so that it can be asked where nothing may wait.
+struct Ear {
+  dds::ParticipantId server;
+  dds::ParticipantId heir;  ///< all zero: none
+  bool leaving = false;     ///< the server handed the session over
+  Stamp heard{0};           ///< when its newest command came
+  Stamp patience{0};
+
+  bool hears(const dds::ParticipantId& from, Stamp now) const noexcept {
+    return from == server || (from == heir && heir != dds::ParticipantId() && (leaving || now - heard >= patience));
+  }
+};
+
 /// The client's side of the session protocol, without a socket or a clock of its own: what comes in, and what to do
 /// about it.
 ///
@@ -24,6 +38,10 @@ namespace gatefield::sdk {
 /// acceptance of the one before is as good.
 ///
 /// A refusal that says when asking again is worth while (SessionReply::retry_after_s) is obeyed, up to kLongestPause.
+///
+/// A server may name an heir: the participant whose commands, of the same session, count as soon as the server leaves
+/// or falls silent for two control periods (Ear). With its first one it is the server from then on, and nothing else
+/// changes. The server before it isn't heard any more.
 ///
 /// A request is sent again every kRetry while joining, and every kSilence while the server is silent (servers answer a
 /// number that they know already with the same reply).
@@ -49,9 +67,12 @@ class SessionLogic {
   const std::optional<Error>& refusal() const noexcept { return refusal_; }
   /// The session in use, and whose it is. @pre joined once
   const protocol::SessionReply& session() const noexcept { return session_; }
-  const dds::ParticipantId& server() const noexcept { return server_; }
+  const dds::ParticipantId& server() const noexcept { return ear_.server; }
+  const Ear& ear() const noexcept { return ear_; }
   /// Sessions adopted after the first.
   std::uint64_t reconnects() const noexcept { return reconnects_; }
+  /// How often an heir went on with a session.
+  std::uint64_t take_overs() const noexcept { return take_overs_; }
 
   /// True when a request is to be sent now; counts as sent.
   bool request_due(Stamp now);
@@ -64,9 +85,9 @@ class SessionLogic {
   bool on_state_sent(Stamp now);
 
   /// kNew: of the session and newer than the last one. kRepeated: of the session, heard before. kForeign: of another
-  /// session.
+  /// session, or of who isn't heard.
   enum class Heard { kNew, kRepeated, kForeign };
-  Heard on_command(const protocol::ThrustRateCommand& command);
+  Heard on_command(const protocol::ThrustRateCommand& command, const dds::ParticipantId& from, Stamp now);
 
  private:
   struct Spare {
@@ -74,8 +95,10 @@ class SessionLogic {
     dds::ParticipantId from;
   };
   static Stamp pause_after(const protocol::SessionReply& refusal, std::chrono::milliseconds least);
-  void adopt_spare();
-  void adopt(const protocol::SessionReply& reply, const dds::ParticipantId& from);
+  void adopt_spare(Stamp now);
+  void adopt(const protocol::SessionReply& reply, const dds::ParticipantId& from, Stamp now);
+  void adopt_heir();
+  void hear_of(const protocol::SessionReply& reply);
   bool silent(Stamp now, std::chrono::milliseconds limit = kSilence) const {
     return unanswered_since_ && now - *unanswered_since_ >= limit;
   }
@@ -85,9 +108,11 @@ class SessionLogic {
   std::optional<std::uint64_t> refused_;  // number of the attempt before, while no request has gone out since
   std::optional<Error> refusal_;
   protocol::SessionReply session_;
-  dds::ParticipantId server_;
+  Ear ear_;
   std::optional<Spare> spare_;
+  std::optional<protocol::SessionReply> heirs_;  // what the heir said of the session
   std::uint64_t reconnects_ = 0;
+  std::uint64_t take_overs_ = 0;
   std::uint64_t last_command_ = 0;
   std::optional<Stamp> next_request_;  // empty: at once
   std::optional<Stamp> unanswered_since_;

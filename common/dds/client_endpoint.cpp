@@ -48,10 +48,11 @@ class Endpoint final : public ClientEndpoint {
                                            nullptr, unreadable(Topic::kSessionReply), own};
     if (auto s = keep(ReplyReader::open(participant_.get(), Topic::kSessionReply, on_reply_sample), &replies_); !s)
       return s;
-    CommandReader::Callbacks on_command{[this](wire::ThrustRateCommand* sample, const Origin&) {
+    CommandReader::Callbacks on_command{[this](wire::ThrustRateCommand* sample, const Origin& origin) {
                                           receive<protocol::ThrustRateCommand>(
-                                              Topic::kCommand, *sample, &command_,
-                                              [this](const auto& command) { handler_->on_command(command); });
+                                              Topic::kCommand, *sample, &command_, [&](const auto& command) {
+                                                handler_->on_command(command, origin.participant);
+                                              });
                                         },
                                         nullptr, unreadable(Topic::kCommand), ours};
     if (auto s = keep(CommandReader::open(participant_.get(), Topic::kCommand, on_command, command_partition(vehicle_)),

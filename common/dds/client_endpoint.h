@@ -24,7 +24,8 @@ class ClientHandler {
     static_cast<void>(from);
     return true;
   }
-  virtual void on_command(const protocol::ThrustRateCommand& command) = 0;
+  /// @param from  the participant that sent it
+  virtual void on_command(const protocol::ThrustRateCommand& command, const ParticipantId& from) = 0;
   virtual void on_telemetry(const protocol::Telemetry& telemetry) = 0;
   virtual void on_rejected(Topic topic, const std::string& reason) = 0;
 };

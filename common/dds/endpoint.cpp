@@ -20,6 +20,8 @@ const char* topic_name(Topic topic) noexcept {
       return "gatefield/telemetry";
     case Topic::kServerStatus:
       return "gatefield/server/status";
+    case Topic::kPilotRecord:
+      return "gatefield/server/pilot";
   }
   return "gatefield/unknown";
 }

@@ -22,6 +22,7 @@ enum class Topic : std::uint8_t {
   kCommand,
   kTelemetry,
   kServerStatus,
+  kPilotRecord,
 };
 
 /// The topic's name on the wire, for example "gatefield/vehicle/state".

@@ -60,6 +60,7 @@ eprosima::fastrtps::rtps::Locator_t udp_locator(std::uint32_t port, const std::s
 Duration_t milliseconds(int ms) { return {ms / 1000, static_cast<std::uint32_t>(ms % 1000) * 1'000'000u}; }
 
 int history_depth(Topic topic, const TransportOptions& transport) {
+  if (topic == Topic::kPilotRecord) return 2;  // what is withdrawn next must not take the last word's place
   return topic == Topic::kDepthFrame ? std::clamp(transport.depth_history, 1, 64) : 1;
 }
 
@@ -68,10 +69,12 @@ bool reliable(Topic topic) {
 }
 bool transient_local(Topic topic) { return topic == Topic::kSessionRequest || topic == Topic::kSessionReply; }
 
-// A depth frame's type may hold 6.5 MB; its memory grows to the size in use instead.
+// What is long and of any length: a depth frame's type may hold 6.5 MB. Its memory grows to the size in use instead.
+bool long_samples(Topic topic) { return topic == Topic::kDepthFrame || topic == Topic::kPilotRecord; }
+
 eprosima::fastrtps::rtps::MemoryManagementPolicy_t memory(Topic topic) {
-  return topic == Topic::kDepthFrame ? eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE
-                                     : eprosima::fastrtps::rtps::PREALLOCATED_MEMORY_MODE;
+  return long_samples(topic) ? eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE
+                             : eprosima::fastrtps::rtps::PREALLOCATED_MEMORY_MODE;
 }
 
 ResourceLimitsQosPolicy limits(Topic topic, int depth) {
@@ -233,7 +236,7 @@ DomainParticipantQos discovery_server_qos(std::uint16_t port, const TransportOpt
 DataWriterQos writer_qos(Topic topic, const TransportOptions& transport) {
   DataWriterQos qos;
   fill_common(topic, history_depth(topic, transport), &qos);
-  qos.publish_mode().kind = topic == Topic::kDepthFrame ? ASYNCHRONOUS_PUBLISH_MODE : SYNCHRONOUS_PUBLISH_MODE;
+  qos.publish_mode().kind = long_samples(topic) ? ASYNCHRONOUS_PUBLISH_MODE : SYNCHRONOUS_PUBLISH_MODE;
   qos.reliability().max_blocking_time = milliseconds(topic == Topic::kDepthFrame ? 5 : 100);
   qos.writer_data_lifecycle().autodispose_unregistered_instances = true;
   // Expressions of filters come from whoever reads: none is parsed here.

@@ -13,6 +13,7 @@
 #include "common/base/clock.h"
 #include "common/dds/convert.h"
 #include "common/dds/participant.h"
+#include "common/dds/partners.h"
 #include "common/dds/reader.h"
 #include "common/dds/request_type.h"
 #include "common/dds/sample_drops.h"
@@ -37,9 +38,6 @@ Error unreadable() { return Error("the sample is no sample of this topic's type"
 // Refusals that are kept for clients that are slow to hear them.
 constexpr std::size_t kKeptRefusals = 32;
 
-// What a server announces itself with, in its participant's user data.
-std::string announcement(const std::string& server) { return "gatefield-server:" + server + ":serving"; }
-
 Speakers::Instance instance_of(const Origin& origin) {
   Speakers::Instance instance;
   for (std::size_t i = 0; i < instance.size(); ++i) instance[i] = origin.instance.value[i];
@@ -48,13 +46,16 @@ Speakers::Instance instance_of(const Origin& origin) {
 
 class Server final : public ServerEndpoint {
  public:
-  Server(std::string name, ServerHandler* handler, const TransportOptions& transport)
-      : name_(std::move(name)), handler_(handler), drops_(transport.on_samples_dropped) {}
+  Server(std::string name, ServerHandler* handler, const TransportOptions& transport, const PartnerNames& partners)
+      : name_(std::move(name)),
+        handler_(handler),
+        drops_(transport.on_samples_dropped),
+        partners_(name_, partners, handler, &drops_) {}
 
   Status open(std::uint32_t domain, const TransportOptions& transport) {
     if (auto s = read_security(transport.network.security); !s) return s;
     auto participant = Participant::open(
-        domain, "gatefield-server " + name_, announcement(name_), transport,
+        domain, "gatefield-server " + name_, partners_.pairing().announcement(), transport,
         [this](const PeerEvent& event) { on_peer(event); }, {},
         [this](const ParticipantId& from, std::uint32_t bytes) { return speakers_.may_send_fragments(from, bytes); },
         credentials_ ? &*credentials_ : nullptr);
@@ -87,6 +88,7 @@ class Server final : public ServerEndpoint {
         [this](wire::SessionRequest* sample, const Origin& origin) { this->on_request(*sample, origin); },
         [this](const Origin& origin) { on_withdrawn(origin); }, on_unreadable(Topic::kSessionRequest),
         admits(Topic::kSessionRequest)};
+    if (auto s = partners_.open(participant_.get()); !s) return s;
     return keep(RequestReader::open(participant_.get(), Topic::kSessionRequest, on_request), &requests_);
   }
 
@@ -96,6 +98,7 @@ class Server final : public ServerEndpoint {
     frames_.reset();
     states_.reset();
     others_.reset();
+    partners_.close();
     if (replies_) {
       for (const auto& [vehicle, writer] : commands_) replies_->withdraw(vehicle);
       if (!commands_.empty()) replies_->flush(200);
@@ -109,21 +112,30 @@ class Server final : public ServerEndpoint {
 
   Status publish(const protocol::SessionReply& reply) override {
     if (auto good = protocol::validate(reply); !good) return good.failure().within("session reply: ");
-    if (!reply.accepted) {
+    if (!reply.accepted)
       forget_old_refusals(reply.vehicle);
-    } else if (auto opened = open_commands(reply.vehicle); !opened) {
-      return opened;
-    } else {
-      speakers_.bind(reply.vehicle, reply.request);  // before it is heard of: the answer is a state
-    }
+    else if (auto followed = follow(reply.vehicle, reply.request, 0); !followed)
+      return followed;
     // The writer keeps a limited number of vehicles apart, and a withdrawn one's place is free only when every client
     // has heard of it: after many short visits that takes a moment.
     for (int attempt = 0; attempt < 50; ++attempt) {
-      if (replies_->write([&](wire::SessionReply* sample) { to_wire(reply, sample); })) return {};
+      if (replies_->write([&](wire::SessionReply* sample) {
+            to_wire(reply, sample);
+            if (reply.accepted) sample->heir() = partners_.heir();
+          }))
+        return {};
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return Error{"the reply to " + reply.vehicle + " could not be sent"};
   }
+
+  Status follow(const std::string& vehicle, std::uint64_t request, std::uint32_t take_overs) override {
+    if (auto opened = open_commands(vehicle, take_overs); !opened) return opened;
+    speakers_.bind(vehicle, request);  // before it is heard of: the answer is a state
+    return {};
+  }
+
+  bool publish(const protocol::PilotRecord& record) override { return partners_.publish(record); }
 
   bool publish(const protocol::ThrustRateCommand& command) noexcept override {
     std::shared_ptr<CommandWriter> writer;
@@ -170,6 +182,7 @@ class Server final : public ServerEndpoint {
       commands_.erase(found);
     }
     speakers_.unbind(vehicle);
+    partners_.withdraw(vehicle);
     replies_->withdraw(vehicle);
     telemetry_->withdraw(vehicle);
   }
@@ -181,6 +194,11 @@ class Server final : public ServerEndpoint {
     if (!read) return read.failure().within("", "network.");
     credentials_ = std::move(read).value();
     return {};
+  }
+
+  /// In a closed domain the certificate has to be of a server of that name.
+  bool may_bear(const ParticipantId& peer, const std::string& server) const {
+    return !credentials_ || bears(peer, mark_of({Role::kServer, server}));
   }
 
   /// Of every sample that comes, before it is kept. A request whose name is none is told as one that was rejected.
@@ -208,12 +226,14 @@ class Server final : public ServerEndpoint {
 
   // The vehicle's command writer, if it has none yet. It is made without the lock: that takes the middleware a while,
   // and commands of the other vehicles go out meanwhile.
-  Status open_commands(const std::string& vehicle) {
+  Status open_commands(const std::string& vehicle, std::uint32_t strength) {
     {
       const std::shared_lock lock(commands_mutex_);
       if (commands_.contains(vehicle)) return {};
     }
-    auto writer = CommandWriter::open(participant_.get(), Topic::kCommand, command_partition(vehicle));
+    auto qos = writer_qos(Topic::kCommand, participant_->transport());
+    qos.ownership_strength().value = strength;
+    auto writer = CommandWriter::open(participant_.get(), topic_name(Topic::kCommand), qos, command_partition(vehicle));
     if (!writer.ok()) return writer.failure();
     std::shared_ptr<CommandWriter> made = std::move(writer).value();
     const std::unique_lock lock(commands_mutex_);
@@ -239,9 +259,9 @@ class Server final : public ServerEndpoint {
   // Who announces our name may be an honest server or somebody who wants us away: we serve, and people are told.
   // Clients know servers apart by their participants.
   void on_peer(const PeerEvent& event) {
+    partners_.on_peer(event, [this, &event](const std::string& server) { return may_bear(event.peer, server); });
     if (event.gone) return forget_peer(event.peer);
-    if (event.user_data != announcement(name_)) return;
-    if (credentials_ && !bears(event.peer, mark_of(credentials_->identity))) return;
+    if (!partners_.pairing().is_namesake(event.user_data) || !may_bear(event.peer, name_)) return;
     {
       const std::lock_guard lock(namesakes_mutex_);
       if (!namesakes_.insert(event.peer).second) return;  // is announced again and again
@@ -312,6 +332,7 @@ class Server final : public ServerEndpoint {
   std::optional<Credentials> credentials_;  // of a domain that is closed to strangers
   Speakers speakers_;
   SampleDrops drops_;
+  Partners partners_;
 
   std::mutex namesakes_mutex_;
   std::set<ParticipantId> namesakes_;  // servers of our name
@@ -341,9 +362,12 @@ class Server final : public ServerEndpoint {
 
 Result<std::unique_ptr<ServerEndpoint>> ServerEndpoint::create(std::uint32_t domain, const std::string& server_name,
                                                                ServerHandler* handler,
-                                                               const TransportOptions& transport) {
+                                                               const TransportOptions& transport,
+                                                               const PartnerNames& partners) {
   if (auto good = protocol::validate_name("server", server_name); !good) return good.failure();
-  auto server = std::make_unique<Server>(server_name, handler, transport);
+  for (const std::string& partner : {partners.heir, partners.leader})
+    if (auto good = protocol::validate_name("partner", partner); !partner.empty() && !good) return good.failure();
+  auto server = std::make_unique<Server>(server_name, handler, transport, partners);
   if (auto opened = server->open(domain, transport); !opened) return opened.failure();
   return std::unique_ptr<ServerEndpoint>(std::move(server));
 }

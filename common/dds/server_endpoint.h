@@ -2,11 +2,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/base/result.h"
 #include "common/dds/endpoint.h"
+#include "common/dds/pairing.h"
 #include "common/protocol/messages.h"
+#include "common/protocol/pilot_record.h"
 #include "common/protocol/server_status.h"
 
 namespace gatefield::dds {
@@ -43,6 +46,18 @@ class ServerHandler {
     static_cast<void>(status);
   }
 
+  // ---- from the servers that this one was told of (PartnerNames)
+  /// Another participant is our heir, or our leader, from now on; empty: none is.
+  virtual void on_heir(const std::optional<ParticipantId>& heir) { static_cast<void>(heir); }
+  /// @param ours_first  it stands by for us, too, and newcomers are ours
+  virtual void on_leader(const std::optional<ParticipantId>& leader, bool ours_first) {
+    static_cast<void>(leader), static_cast<void>(ours_first);
+  }
+  /// Kinds that a leader says are from our leader, those that an heir says from our heir.
+  virtual void on_record(const protocol::PilotRecord& record) { static_cast<void>(record); }
+  /// What our leader tells a vehicle, any of its vehicles.
+  virtual void on_leader_command(const protocol::ThrustRateCommand& command) { static_cast<void>(command); }
+
   /// A sample was dropped; `vehicle` is empty when the name itself was bad. Called once per dropped sample: rate-limit
   /// logs.
   virtual void on_rejected(Topic topic, const std::string& vehicle, const Error& why) = 0;
@@ -62,13 +77,15 @@ class ServerEndpoint {
   /// Joins the domain. Fails with a sentence when the name or the domain is out of range, or when the middleware
   /// refuses (no network).
   /// @param handler  must outlive the endpoint; may be called before create() returns.
+  /// @param partners  names as protocol::validate_name() has them, or none
   static Result<std::unique_ptr<ServerEndpoint>> create(std::uint32_t domain, const std::string& server_name,
-                                                        ServerHandler* handler, const TransportOptions& transport = {});
+                                                        ServerHandler* handler, const TransportOptions& transport = {},
+                                                        const PartnerNames& partners = {});
   virtual ~ServerEndpoint() = default;
 
-  /// Answers a request. An accepted reply opens the vehicle's command writer before it goes out, and states and depth
-  /// of whoever sent that request are heard from then on. Takes up to half a
-  /// second when hundreds of vehicles came and went just before.
+  /// Answers a request. An accepted reply names our heir, if there is one. It opens the vehicle's command writer before
+  /// it goes out, and states and depth of whoever sent that request are heard from then on. Takes up to half a second
+  /// when hundreds of vehicles came and went just before.
   virtual Status publish(const protocol::SessionReply& reply) = 0;
   /// @return false when the vehicle has no command writer (not accepted, or dropped), the command fails validation, or
   /// the middleware refuses it.
@@ -76,6 +93,13 @@ class ServerEndpoint {
   virtual bool publish(const protocol::Telemetry& telemetry) noexcept = 0;
   /// To the other servers of the domain.
   virtual bool publish(const protocol::ServerStatus& status) noexcept = 0;
+
+  /// Opens a vehicle's command writer before anything is said on it, and hears states and depth of whoever sent that
+  /// request, as an accepted reply does: for an heir, who has no time for it later.
+  /// @param take_overs  the writer's commands outweigh those of a server with fewer
+  virtual Status follow(const std::string& vehicle, std::uint64_t request, std::uint32_t take_overs) = 0;
+  /// To our heir or our leader, as the record's kind says. @return false: there is none, or the middleware refuses
+  virtual bool publish(const protocol::PilotRecord& record) = 0;
 
   /// The session is over: closes the vehicle's command writer and withdraws its reply. Nothing happens for unknown
   /// names.

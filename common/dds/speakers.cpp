@@ -94,8 +94,8 @@ SampleFault Speakers::may_speak(const ParticipantId& from, std::string_view vehi
   const auto found = vehicle.empty() ? std::find_if(sessions_.begin(), sessions_.end(),
                                                     [&](const auto& session) { return session.second.owner == from; })
                                      : sessions_.find(vehicle);
-  if (found == sessions_.end() && !vehicle.empty() && find(from, vehicle) != nullptr) return SampleFault::kElsewhere;
-  if (found == sessions_.end() || found->second.owner != from) return SampleFault::kStranger;
+  if (found == sessions_.end()) return find(from, vehicle) ? SampleFault::kElsewhere : SampleFault::kStranger;
+  if (found->second.owner != from) return SampleFault::kStranger;
   Session& session = found->second;
   const bool often = !session.samples.take(1.0, limits_.samples_per_s, now);
   return often || !session.bytes.take(static_cast<double>(bytes), limits_.bytes_per_s, now) ? SampleFault::kTooOften

@@ -26,6 +26,10 @@ class DdsTransport final : public service::Transport, public dds::ServerHandler 
   bool send(const protocol::Telemetry& telemetry) noexcept override { return endpoint_->publish(telemetry); }
   void tell_servers(const protocol::ServerStatus& status) override { endpoint_->publish(status); }
   void forget(const std::string& vehicle) override { endpoint_->drop_vehicle(vehicle); }
+  bool tell(const protocol::PilotRecord& record) override { return endpoint_->publish(record); }
+  Status follow(const std::string& vehicle, std::uint64_t request, std::uint32_t take_overs) override {
+    return endpoint_->follow(vehicle, request, take_overs);
+  }
 
   // What vehicles say.
   void on_session_request(const protocol::SessionRequest& request, const Status& verdict) override {
@@ -46,6 +50,19 @@ class DdsTransport final : public service::Transport, public dds::ServerHandler 
               (held > 0 ? " (and " + std::to_string(held) + " others)" : "") +
               ": vehicles tell them apart, people don't; expected a name of its own for each (--name)");
   }
+
+  // What other servers say.
+  void on_heir(const std::optional<dds::ParticipantId>& heir) override {
+    log::info(heir ? "the stand-by is there, participant " + in_words(*heir) : std::string("the stand-by is gone"));
+    service_->on_heir(heir.has_value());
+  }
+  void on_leader(const std::optional<dds::ParticipantId>& leader, bool ours_first) override {
+    log::info(leader ? "the leader is there, participant " + in_words(*leader) : std::string("the leader is gone"));
+    service_->on_leader(leader.has_value(), ours_first);
+  }
+  void on_record(const protocol::PilotRecord& record) override { service_->on_record(record); }
+  void on_leader_command(const protocol::ThrustRateCommand& command) override { service_->on_leader_command(command); }
+
   void on_rejected(dds::Topic topic, const std::string& vehicle, const Error& why) override {
     using Kind = service::Service::Kind;
     const Kind kind = topic == dds::Topic::kVehicleState ? Kind::kState

@@ -29,10 +29,14 @@ constexpr const char* kFooter = R"(Examples:
   gatefield-server --metrics 127.0.0.1:9464 --log-format json
       figures for Prometheus, /healthz, and a log for machines
 
-Signals: SIGHUP reads the profiles again, for sessions that begin then.
+  gatefield-server --name a --standby b --standby-of b
+      and on another machine the same of b and a: each goes on with the vehicles of the other when that falls silent
 
-Exit codes: 0 ended by SIGINT or SIGTERM, 2 arguments, model or configuration, 3 the domain could not be joined, 4
-deaf in shared memory.)";
+Signals: SIGHUP reads the profiles again, for sessions that begin then. SIGUSR1 drains: vehicles are handed over to the
+stand-by, newcomers are refused, and the server ends with its last vehicle.
+
+Exit codes: 0 ended by SIGINT or SIGTERM, or drained, 2 arguments, model or configuration, 3 the domain could not be
+joined, 4 deaf in shared memory.)";
 
 /// A model with encoders for as many threads as look at images.
 struct Model {

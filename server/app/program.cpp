@@ -158,6 +158,14 @@ int serve(const std::string& program, const Options& options,
   if (!backend) return fail_with(kBadInput, "--isa: " + backend.error());
   if (const Status status = protocol::validate_name("--name", options.name); !status)
     return fail_with(kBadInput, status.error());
+  for (const auto& [option, partner] :
+       {std::pair("--standby", options.standby), std::pair("--standby-of", options.standby_of)}) {
+    if (partner.empty()) continue;
+    if (const Status status = protocol::validate_name(option, partner); !status)
+      return fail_with(kBadInput, status.error());
+    if (partner == options.name)
+      return fail_with(kBadInput, std::string(option) + " is " + partner + ", expected the name of another server");
+  }
   const auto folder = profiles_folder(options);
   if (!folder) return fail_with(kBadInput, folder.error());
   const auto eyes = open_eyes(**backend);
@@ -180,6 +188,8 @@ int serve(const std::string& program, const Options& options,
   serving.profiles = *profiles;
   serving.utilisation = options.utilisation;
   serving.max_priority = static_cast<std::uint8_t>(options.max_priority);
+  serving.has_heir = !options.standby.empty();
+  serving.stands_by = !options.standby_of.empty();
   const service::Factories made_from = factories(options, *eyes, {.crew = &crew, .backend = *backend});
 
   log::info("GATEFIELD " GATEFIELD_VERSION ", instruction set " + serving.isa + ", " + eyes->words);
@@ -210,7 +220,8 @@ int serve(const std::string& program, const Options& options,
       {.network = wire.network(),
        .on_packets_dropped = on_packets_dropped,
        .on_deaf = [&deaf] { end_as_deaf(&deaf); },
-       .on_samples_dropped = [](const dds::DroppedSamples& dropped) { log::warn(in_words(dropped)); }});
+       .on_samples_dropped = [](const dds::DroppedSamples& dropped) { log::warn(in_words(dropped)); }},
+      {.heir = options.standby, .leader = options.standby_of});
   if (!endpoint)
     return fail_with(dds::is_about_security(endpoint.failure()) ? kBadInput : kNotJoined, endpoint.error());
   transport.attach(endpoint.value().get());
@@ -232,9 +243,16 @@ int serve(const std::string& program, const Options& options,
                      if (!again) return log::error("SIGHUP: the profiles stay as they are: " + again.error());
                      log::info("SIGHUP: profiles " + names_of(*again) + " for sessions that begin from now on");
                      service.set_profiles(std::move(again).value());
+                   },
+               .drain =
+                   [&] {
+                     log::info("SIGUSR1: takes no newcomers any more, and ends with the last of " +
+                               std::to_string(service.sessions()) + " vehicles");
+                     service.drain();
                    }});
   if (const Status offered = watch.offer(options.metrics); !offered) return fail_with(kBadInput, offered.error());
-  log::info("ready: server " + options.name + " in DDS domain " + std::to_string(options.domain));
+  log::info("ready: server " + options.name + " in DDS domain " + std::to_string(options.domain) +
+            (options.standby_of.empty() ? "" : ", stands by for " + options.standby_of));
 
   const std::string why = watch.run(signals);
   log::info(why + ": telling " + std::to_string(service.sessions()) + " vehicles, then ending");
@@ -254,6 +272,14 @@ void add_options(CLI::App* app, Options* options) {
       ->capture_default_str();
   app->add_option("--name", options->name, "The server's name, one server for each name in a domain")
       ->capture_default_str();
+  app->add_option(
+         "--standby", options->standby,
+         "Name of the server that goes on with the vehicles of this one when it falls silent; it is started with "
+         "--standby-of")
+      ->type_name("NAME");
+  app->add_option("--standby-of", options->standby_of,
+                  "Follows the vehicles of the server of that name, and takes them over when it falls silent")
+      ->type_name("NAME");
   app->add_option("--threads", options->threads, "Control threads; 0 = one per core but one, or two on two cores")
       ->check(CLI::Range(0, 256))
       ->capture_default_str();

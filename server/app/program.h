@@ -30,6 +30,7 @@ struct Options {
   std::string profiles;
   std::uint32_t domain = 0;
   std::string name = "gatefield";
+  std::string standby, standby_of;  ///< names of other servers: who goes on after this one, whom this one goes on after
   int threads = 0;
   int perception_threads = 1;
   int max_vehicles = 8;
@@ -58,7 +59,7 @@ struct Eyes {
   std::function<Result<std::unique_ptr<perception::GateSensor>>(const protocol::SessionRequest&)> sensor;
 };
 
-/// Serves until SIGINT or SIGTERM; SIGHUP reads the profiles again.
+/// Serves until SIGINT or SIGTERM; SIGHUP reads the profiles again, and after SIGUSR1 it ends with its last vehicle.
 /// @param open_eyes  called once the log is there and the kernels' back end is chosen
 /// @return the exit code; what went wrong was told on standard error
 int serve(const std::string& program, const Options& options,

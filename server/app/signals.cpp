@@ -10,7 +10,7 @@ namespace gatefield::app {
 Signals::Signals() {
   signal(SIGPIPE, SIG_IGN);
   sigemptyset(&set_);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set_, number);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) sigaddset(&set_, number);
   pthread_sigmask(SIG_BLOCK, &set_, nullptr);
 }
 

@@ -6,8 +6,8 @@
 
 namespace gatefield::app {
 
-/// SIGINT, SIGTERM and SIGHUP, taken by the thread that made this alone: all others inherit the mask. SIGPIPE is
-/// ignored: whoever reads the log or a page may go away.
+/// SIGINT, SIGTERM, SIGHUP and SIGUSR1, taken by the thread that made this alone: all others inherit the mask. SIGPIPE
+/// is ignored: whoever reads the log or a page may go away.
 /// Thread-safe: no.
 class Signals {
  public:

@@ -9,6 +9,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+constexpr auto kDrainedWithin = 100ms;  // of the last vehicle's leaving
+
 }  // namespace
 
 Status Watch::offer(const std::string& address) {
@@ -34,6 +36,14 @@ const char* Watch::run(const Signals& signals) {
     if (parts_.deaf()) {
       manager_.stopping("is deaf");
       return "deaf";
+    }
+    if (parts_.service->drained()) {
+      manager_.stopping("is drained");
+      return "drained";
+    }
+    if (number == SIGUSR1) {
+      parts_.drain();
+      period = std::min<std::chrono::nanoseconds>(period, kDrainedWithin);
     }
     if (number == SIGHUP) {
       manager_.reloading();

@@ -27,12 +27,13 @@ class Watch {
     std::function<bool()> deaf;
     std::function<std::uint64_t()> packets_dropped;
     std::function<void()> reload;  ///< SIGHUP
+    std::function<void()> drain;   ///< SIGUSR1
   };
   explicit Watch(Parts parts) : parts_(std::move(parts)) {}
 
   /// Pages /metrics and /healthz. @param address  as HttpPages::open(); empty: none
   Status offer(const std::string& address);
-  /// Until SIGINT or SIGTERM, or `deaf`. @return which it was
+  /// Until SIGINT or SIGTERM, or `deaf`, or until the service is drained. @return which it was
   const char* run(const Signals& signals);
 
  private:

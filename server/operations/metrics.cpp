@@ -89,6 +89,8 @@ void tell_totals(Page* page, const service::Figures& figures) {
   counter("gatefield_sessions_begun_total", "Vehicles that were given a session.", figures.sessions_begun);
   page->by_code("gatefield_requests_refused_total", "Requests to join that were refused, by why.",
                 figures.requests_refused);
+  counter("gatefield_sessions_taken_over_total", "Sessions that another server had before.", figures.taken_over);
+  counter("gatefield_sessions_handed_over_total", "Sessions that the stand-by was given.", figures.handed_over);
   counter("gatefield_states_received_total", "Vehicle states that came.", totals.states_received);
   counter("gatefield_states_rejected_total", "Of these, not used.", totals.states_rejected);
   counter("gatefield_frames_received_total", "Depth frames that came.", totals.frames_received);
@@ -158,6 +160,9 @@ std::string metrics(const ServerWords& words, const service::Figures& figures, c
               {"domain", std::to_string(words.domain)}});
   page.gauge("gatefield_well", "1: it does its work, as /healthz says.", health.well ? 1.0 : 0.0);
   page.gauge("gatefield_sessions", "Vehicles that have a session now.", static_cast<double>(figures.vehicles.size()));
+  page.gauge("gatefield_heir_there", "1: a stand-by would take over.", figures.heir_there ? 1.0 : 0.0);
+  page.gauge("gatefield_stands_by_for", "Vehicles that could be taken over now.",
+             static_cast<double>(figures.stands_by_for));
   tell_totals(&page, figures);
   tell_room(&page, figures);
   page.counter("gatefield_packets_dropped_total", "From the network, that the middleware was not shown.",

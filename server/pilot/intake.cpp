@@ -71,6 +71,11 @@ Error off_the_motion(const std::string& field, const MotionLine::Point& from, co
 Intake::Intake(const protocol::SessionRequest* request, std::uint64_t session, Mailboxes* shared)
     : request_(request), session_(session), shared_(shared) {}
 
+Intake::State Intake::state() const {
+  const std::scoped_lock lock(states_mutex_, frames_mutex_);
+  return lines_;
+}
+
 Status Intake::check(const protocol::VehicleState& state) const {
   if (auto s = protocol::validate(state); !s) return s;
   return check_session(state.session, session_);

@@ -53,7 +53,7 @@ class Intake {
     Line frames;
     MotionLine motion;  ///< of the states
   };
-  const State& state() const noexcept { return lines_; }
+  State state() const;
   void restore(const State& state) noexcept { lines_ = state; }
 
  private:
@@ -64,7 +64,7 @@ class Intake {
   const protocol::SessionRequest* request_;
   const std::uint64_t session_;
   Mailboxes* shared_;
-  std::mutex states_mutex_, frames_mutex_;
+  mutable std::mutex states_mutex_, frames_mutex_;
   State lines_;  // each line under its mutex, the motion under the states'
 };
 

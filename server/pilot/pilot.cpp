@@ -7,6 +7,7 @@ namespace gatefield::pilot {
 Pilot::Pilot(PilotParts parts)
     : request_(std::move(parts.request)),
       session_(parts.session),
+      take_overs_(parts.take_overs),
       isa_(std::move(parts.isa)),
       model_hash_(parts.model_hash),
       intake_(&request_, session_, &shared_),

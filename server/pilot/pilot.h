@@ -26,6 +26,7 @@ namespace gatefield::pilot {
 struct PilotParts {
   protocol::SessionRequest request;  ///< accepted and valid
   std::uint64_t session = 0;         ///< goes into every sample; never 0
+  std::uint32_t take_overs = 0;      ///< how often the session went to an heir until it was flown by this pilot
   std::unique_ptr<planner::Planner> planner;
   std::unique_ptr<perception::GateSensor> sensor;
   std::unique_ptr<StepObserver> observer;  ///< may be null
@@ -42,8 +43,8 @@ struct PilotParts {
 ///   intake()    receiving threads: what comes from the vehicle
 ///   looking()   a perception thread: what the frames show
 ///   stepping()  a control thread: the next command
-/// The sides share Mailboxes and nothing else; none of them waits for another. save() and restore() belong to whoever
-/// has stopped all three.
+/// The sides share Mailboxes and nothing else; none of them waits for another. save() belongs to whoever has stopped
+/// the last two, restore() to whoever has stopped all three.
 class Pilot {
  public:
   explicit Pilot(PilotParts parts);
@@ -53,6 +54,7 @@ class Pilot {
   const protocol::SessionRequest& request() const noexcept { return request_; }
   const std::string& vehicle() const noexcept { return request_.vehicle; }
   std::uint64_t session() const noexcept { return session_; }
+  std::uint32_t take_overs() const noexcept { return take_overs_; }
   bool lockstep() const noexcept { return request_.timing == protocol::Timing::kLockstep; }
   std::chrono::nanoseconds control_period() const noexcept { return stepping_.control_period(); }
 
@@ -76,12 +78,12 @@ class Pilot {
   /// The newest note; nothing when there was none.
   std::optional<Note> last_note() { return shared_.account.last_note(); }
 
-  // ---- moving to another process (while no side runs) -------------------------------------------------------------
+  // ---- moving to another process ----------------------------------------------------------------------------------
   /// All that decides later commands, in some kilobytes. Counters for telemetry are left out, and so is a frame that
   /// nobody has looked at yet: the restored pilot takes it when it comes again.
   std::string save();
-  /// Makes a new pilot of the same session go on where another one was: it gives the same commands, bit for bit, given
-  /// the same model and instruction set.
+  /// Makes a pilot of the same session, which was not fed yet, go on where another one was: it gives the same commands,
+  /// bit for bit, given the same model and instruction set. Again, from a later state, as often as it takes.
   /// @param clock_ahead  this server's clock less that of the server that saved, at the same moment
   /// Errors, which leave the pilot as it was: kVersion for another format or model, kInvalid for a state of another
   /// session, course or profile, or a damaged one.
@@ -90,6 +92,7 @@ class Pilot {
  private:
   const protocol::SessionRequest request_;
   const std::uint64_t session_;
+  const std::uint32_t take_overs_;
   const std::string isa_;
   const std::uint64_t model_hash_;
   Mailboxes shared_;

@@ -483,6 +483,7 @@ class Reader {
 }  // namespace
 
 std::string Pilot::save() {
+  const Intake::State lines = intake_.state();  // before absorb(): a state that comes in between is no repeated one
   stepping_.absorb();
   proto::PilotState out;
   out.set_format(kStateFormat);
@@ -495,9 +496,9 @@ std::string Pilot::save() {
   const std::uint64_t processed = shared_.frame_processed.load();
   const Stamp captured = std::max(looking_.newest_capture(), Stamp{0});
   proto::Intake* const intake = out.mutable_intake();
-  put(intake_.state().states, intake->mutable_states());
-  put(intake_.state().motion.state(), intake->mutable_motion());
-  Intake::Line frames = intake_.state().frames;
+  put(lines.states, intake->mutable_states());
+  put(lines.motion.state(), intake->mutable_motion());
+  Intake::Line frames = lines.frames;
   TimeLine::State order = frames.order.state();
   if (order.newest.sequence != processed) {  // one waits
     order.begun = processed != 0;
@@ -566,7 +567,7 @@ Status Pilot::restore(std::string_view bytes, std::chrono::nanoseconds clock_ahe
 
   perception::Sight& sight = looking_.sight();
   const gates::Passages& passages = sight.records().passages();
-  std::vector<gates::GateRecords::Record> records = sight.records().records();
+  std::vector<gates::GateRecords::Record> records = gates::GateRecords(request_.course).records();  // none is seen
   if (in.looking().gates_size() != static_cast<int>(records.size()))
     reader.fail("looking.gates", std::to_string(in.looking().gates_size()), std::to_string(records.size()));
   reader.check_waypoint(in.looking().target(), passages.waypoints(), "looking.target");

@@ -1,6 +1,7 @@
 #include "server/pilot/stepping.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -390,6 +391,20 @@ void Stepping::solved(std::chrono::nanoseconds took) noexcept {
   if (!by_rates()) return;
   drive_watch_.fill(state_.thrust_factor, &identified_);
   shared_->drives.write(identified_);
+}
+
+void Stepping::sent_elsewhere(const protocol::ThrustRateCommand& command) noexcept {
+  if (command.sequence <= state_.command.sequence) return;
+  state_.command.sequence = command.sequence;
+  std::array<PlainVector4, protocol::kMaxPlanSteps> inputs;
+  const auto steps = static_cast<std::size_t>(std::clamp(command.steps, 0, protocol::kMaxPlanSteps));
+  for (std::size_t k = 0; k < steps; ++k) {
+    if (by_rates())
+      inputs[k] << command.collective_thrust_n[k], command.body_rates_rad_s[k];
+    else
+      inputs[k] = command.thrust_rate_n_s[k];
+  }
+  state_.inputs.add(command.plan_start, command.plan_step, {inputs.data(), steps}, command.validity);
 }
 
 void Stepping::sent(Stamp now, bool ok) noexcept {

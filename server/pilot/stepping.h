@@ -79,6 +79,9 @@ class Stepping {
   void spent(std::chrono::nanoseconds cpu) noexcept {
     shared_->account.step_cpu_ns.fetch_add(cpu.count(), std::memory_order_relaxed);
   }
+  /// Another server flew this session and sent this command after it wrote down what was restored here: the vehicle
+  /// has it, and what goes on from here is predicted through it. @pre command passed protocol::validate
+  void sent_elsewhere(const protocol::ThrustRateCommand& command) noexcept;
   void missed_deadlines(std::uint64_t count) noexcept { Account::count(shared_->account.deadlines_missed, count); }
 
   planner::Planner& planner() noexcept { return *planner_; }

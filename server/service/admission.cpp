@@ -45,12 +45,10 @@ void Service::on_server_status(const protocol::ParticipantBytes& from, const pro
   neighbours_.hear(from, status, clock_->now());
 }
 
-void Service::stop_admitting() { admitting_.store(false, std::memory_order_relaxed); }
-
 protocol::ServerStatus Service::status() const {
   protocol::ServerStatus status;
   status.name = options_.name;
-  status.accepts = admitting_.load(std::memory_order_relaxed);
+  status.accepts = !draining_.load(std::memory_order_relaxed) && !held_back();
   status.sessions = static_cast<std::uint32_t>(sessions());
   const bool full = status.sessions >= static_cast<std::uint32_t>(options_.max_vehicles);
   status.room_cores = full || !status.accepts ? 0.0 : std::min(room_.free(), protocol::kMaxRoom_cores);
@@ -98,7 +96,7 @@ Room::Newcomer Service::newcomer(const protocol::SessionRequest& request) const 
 /// @param live  its silent session of before, which it takes over
 Result<std::vector<Service::Ending>> Service::place_for(const protocol::SessionRequest& request,
                                                         const pilot::Pilot* live, Stamp now) const {
-  if (!admitting_.load(std::memory_order_relaxed))
+  if (draining_.load(std::memory_order_relaxed))
     return Error("server " + options_.name + " takes no newcomers any more", ErrorCode::kBusyServer);
   std::vector<std::shared_ptr<pilot::Pilot>> all = pilots();
   std::vector<Ending> endings;

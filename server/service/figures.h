@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -61,6 +62,10 @@ struct Figures {
   Room room;
   std::uint64_t sessions_shed = 0;       ///< ended because ticks were late
   std::uint64_t sessions_displaced = 0;  ///< ended for a vehicle of higher priority
+  std::uint64_t taken_over = 0;          ///< sessions that this server took over
+  std::uint64_t handed_over = 0;         ///< sessions that it handed over
+  bool heir_there = false;               ///< its stand-by is there
+  std::size_t stands_by_for = 0;         ///< vehicles that it could take over now
   std::vector<Vehicle> vehicles;         ///< that have a session
 };
 

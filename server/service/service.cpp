@@ -53,7 +53,10 @@ Service::Service(ServiceOptions options, Factories factories, const Clock* clock
       factories_(std::move(factories)),
       clock_(clock),
       transport_(transport),
-      room_(room_options(options_), options_.costs) {}
+      room_(room_options(options_), options_.costs) {
+  if (options_.has_heir) hand_over_ = std::make_unique<HandOver>(clock_, transport_);
+  if (options_.stands_by) stand_by_ = std::make_unique<StandBy>(stand_by_parts());
+}
 
 Service::~Service() { stop(); }
 
@@ -66,6 +69,8 @@ void Service::start() {
         if (pilot.lockstep()) control_->wake(&pilot);
       });
   make_figures({}, clock_->now());
+  if (hand_over_) hand_over_->start([this] { return pilots(); }, control_.get(), perception_.get());
+  if (stand_by_) stand_by_->start();
   housekeeper_ = std::thread([this] { run(); });
 }
 
@@ -76,6 +81,9 @@ void Service::stop() {
   }
   queue_filled_.notify_all();
   if (housekeeper_.joinable()) housekeeper_.join();
+  if (stand_by_) stand_by_->stop();
+  if (hand_over_) hand_over_->stop();
+  give_over_those_that_can_be();
   // Vehicles hear of it before the threads end: their own fallback is then a matter of the reply, not of a time-out.
   std::map<std::string, std::shared_ptr<pilot::Pilot>> ending;
   {
@@ -84,6 +92,7 @@ void Service::stop() {
   }
   for (const auto& [vehicle, pilot] : ending) {
     detach(*pilot);
+    if (hand_over_) hand_over_->over(*pilot);
     tell_no(pilot->request(), Error("server " + options_.name + " is leaving", ErrorCode::kLeaving));
   }
   if (control_) control_->stop();
@@ -95,34 +104,28 @@ std::string Service::realtime_complaint() const { return control_ ? control_->co
 // ---- from the transport ---------------------------------------------------------------------------------------------
 
 void Service::on_request(const protocol::SessionRequest& request, const Status& verdict) {
-  {
-    const std::lock_guard lock(queue_mutex_);
-    if (stopping_ || queue_.size() >= kMaxQueue) return;  // clients ask again when they hear nothing
-    queue_.emplace_back(Asked{request, verdict});
-  }
-  queue_filled_.notify_one();
+  enqueue(Asked{request, verdict}, kMaxQueue);  // clients ask again when they hear nothing
 }
 
 void Service::on_gone(const std::string& vehicle, std::uint64_t request) {
-  {
-    const std::lock_guard lock(queue_mutex_);
-    if (stopping_ || queue_.size() >= 2 * kMaxQueue) return;  // the session then ends for want of states
-    queue_.emplace_back(Gone{vehicle, request});
-  }
-  queue_filled_.notify_one();
+  enqueue(Gone{vehicle, request}, 2 * kMaxQueue);  // else the session ends for want of states
 }
 
-void Service::set_profiles(Profiles profiles) {
+void Service::set_profiles(Profiles profiles) { enqueue(std::move(profiles), 4 * kMaxQueue); }
+
+/// For housekeeping. Left out when so many wait already.
+void Service::enqueue(Item item, std::size_t most) {
   {
     const std::lock_guard lock(queue_mutex_);
-    if (stopping_) return;
-    queue_.emplace_back(std::move(profiles));
+    if (stopping_ || queue_.size() >= most) return;
+    queue_.push_back(std::move(item));
   }
   queue_filled_.notify_one();
 }
 
 void Service::on_state(const protocol::VehicleState& state) {
   const std::shared_ptr<pilot::Pilot> pilot = session_of(state.vehicle);
+  if (!pilot && stand_by_ && stand_by_->on_state(state)) return;
   if (!pilot) return stray(state.vehicle, "state");
   const pilot::Intake::Outcome outcome = pilot->intake().take_state(state, clock_->now());
   if (outcome == pilot::Intake::Outcome::kRejected || !pilot->lockstep() || !control_) return;
@@ -132,6 +135,7 @@ void Service::on_state(const protocol::VehicleState& state) {
 
 void Service::on_depth(protocol::DepthFrame& frame) {
   const std::shared_ptr<pilot::Pilot> pilot = session_of(frame.vehicle);
+  if (!pilot && stand_by_ && stand_by_->on_depth(frame)) return;
   if (!pilot) return stray(frame.vehicle, "depth");
   const pilot::Intake::Outcome outcome = pilot->intake().take_depth(frame, clock_->now());
   if (!control_) return;
@@ -200,12 +204,19 @@ void Service::housekeep() {
       answer(*asked);
     } else if (const auto* const gone = std::get_if<Gone>(&item)) {
       forget_waiting(gone->vehicle, gone->request);
+      if (stand_by_) stand_by_->on_gone(gone->vehicle, gone->request);
       const std::shared_ptr<pilot::Pilot> pilot = session_of(gone->vehicle);
       if (pilot && pilot->request().request == gone->request) end(pilot, "its client is gone");
+    } else if (const auto* const taken = std::get_if<TakenAway>(&item)) {
+      let_go(*taken);
+    } else if (std::holds_alternative<NewHeir>(item)) {
+      for (const auto& pilot : pilots()) transport_->send(reply_to(*pilot));
     } else {
       profiles_ = std::move(std::get<Profiles>(item));
     }
   }
+  if (stand_by_) stand_by_->tend();
+  if (draining_.load(std::memory_order_relaxed)) give_over_those_that_can_be();
 
   const Stamp now = clock_->now();
   answer_those_that_waited(now);
@@ -242,6 +253,7 @@ void Service::make_figures(const std::vector<std::shared_ptr<pilot::Pilot>>& pil
   made->strays = strays();
   made->requests_refused = requests_refused_;
   fill_room(made.get());
+  fill_succession(made.get());
   for (const auto& pilot : pilots) {
     Figures::Vehicle& vehicle = made->vehicles.emplace_back();
     pilot->fill(now, &vehicle.telemetry);
@@ -295,6 +307,7 @@ void Service::answer(const Asked& asked) {
       log::warn("dropped a session request: " + named.error() + and_others(held));
     return;
   }
+  if (left_to_the_leader(asked)) return;
   if (!asked.verdict) return refuse(request, asked.verdict.failure());
   if (const Status status = protocol::validate(request); !status) return refuse(request, status.failure());
 
@@ -383,18 +396,9 @@ std::uint64_t Service::new_session() const {
 void Service::accept(pilot::PilotParts parts) {
   const auto pilot = std::make_shared<pilot::Pilot>(std::move(parts));
   const protocol::SessionRequest& request = pilot->request();
-  {
-    const std::unique_lock lock(sessions_mutex_);
-    sessions_[request.vehicle] = pilot;
-  }
-  if (control_) {
-    perception_->add(pilot);
-    control_->add(pilot);
-  }
+  serve(pilot);
   ++sessions_begun_;
   room_.enter(newcomer(request), pilot->session(), request.vehicle, clock_->now());
-  // Last: the first state may come as soon as the vehicle hears of it, and has to find somebody to wake.
-  transport_->send(reply_to(*pilot));
   const planner::Profile& profile = profiles_.at(request.profile);
   log::info(
       "vehicle " + request.vehicle + ": session " + std::to_string(pilot->session()) + ", profile " + profile.name +
@@ -404,6 +408,21 @@ void Service::accept(pilot::PilotParts parts) {
     log::warn("vehicle " + request.vehicle + ": priority " + std::to_string(request.priority) + " counts as " +
               std::to_string(priority_of(request)) + " (--max-priority)");
   warn_of_openings(request);
+}
+
+/// Any thread.
+void Service::serve(const std::shared_ptr<pilot::Pilot>& pilot) {
+  {
+    const std::unique_lock lock(sessions_mutex_);
+    sessions_[pilot->vehicle()] = pilot;
+  }
+  if (hand_over_) hand_over_->begin(*pilot);
+  if (control_) {
+    control_->add(pilot);
+    perception_->add(pilot);
+  }
+  // Last: the first state may come as soon as the vehicle hears of it, and has to find somebody to wake.
+  transport_->send(reply_to(*pilot));
 }
 
 void Service::warn_of_openings(const protocol::SessionRequest& request) const {
@@ -465,6 +484,7 @@ void Service::end(const std::shared_ptr<pilot::Pilot>& pilot, const std::string&
     if (found != sessions_.end() && found->second == pilot) sessions_.erase(found);
   }
   detach(*pilot);
+  if (hand_over_) hand_over_->over(*pilot);
   if (told) tell_no(pilot->request(), *told, retry_after_s);
   transport_->forget(pilot->vehicle());
   told_.erase(pilot->vehicle());

@@ -25,8 +25,10 @@
 #include "server/planner/planner.h"
 #include "server/planner/profile.h"
 #include "server/service/figures.h"
+#include "server/service/hand_over.h"
 #include "server/service/neighbours.h"
 #include "server/service/room.h"
+#include "server/service/stand_by.h"
 #include "server/service/transport.h"
 #include "server/service/workers.h"
 
@@ -57,6 +59,8 @@ struct ServiceOptions {
   std::chrono::nanoseconds abandon_lockstep_after = std::chrono::seconds(60);  ///< simulators may be paused
   std::chrono::nanoseconds telemetry_period = std::chrono::milliseconds(500);
   std::chrono::nanoseconds figures_period = std::chrono::milliseconds(500);
+  bool has_heir = false;   ///< was told of a stand-by
+  bool stands_by = false;  ///< is one
 };
 
 /// What the service makes pilots from, one of each a session; the error is what the vehicle is refused with. Tests put
@@ -94,6 +98,11 @@ struct Factories {
 /// was not told yet: no command need go out for that. The log has a line when a session's problems change, one a second
 /// at most.
 ///
+/// Several servers. One that has an heir writes its pilots down for it (HandOver); one that stands by follows those of
+/// its leader and takes them over (StandBy), and answers no request while the leader does. Who took a session over has
+/// it for good: the other one lets go as soon as it hears so. A vehicle that is handed over is told with an accepted
+/// reply of code kLeaving, and flies on.
+///
 /// A session is a pilot::Pilot here; nothing in this folder knows how to fly.
 ///
 /// on_*() may be called from any thread; they store what came and return (requests wait for housekeeping). Without
@@ -107,7 +116,8 @@ class Service {
 
   /// Starts the control, perception and housekeeping threads.
   void start();
-  /// Ends all threads and tells every vehicle that the server is leaving. Nothing is sent afterwards.
+  /// Ends all threads. Vehicles that the heir is ready for are handed over, the others are told that the server is
+  /// leaving. Nothing is sent afterwards.
   void stop();
 
   // ---- from the transport -----------------------------------------------------------------------------------------
@@ -124,17 +134,32 @@ class Service {
   /// A sample was refused on its way here; `vehicle` may be empty or unknown.
   void on_rejected(Kind kind, const std::string& vehicle, const Error& why);
 
+  // ---- from the transport, of other servers: those that the options say there are -----------------------------------
+  void on_heir(bool there);
+  /// @param ours_first  the other one stands by for us, too, and newcomers are ours
+  void on_leader(bool there, bool ours_first = false);
+  void on_record(const protocol::PilotRecord& record);
+  /// What the leader tells a vehicle.
+  void on_leader_command(const protocol::ThrustRateCommand& command);
+
   // ---- from whoever runs the server -------------------------------------------------------------------------------
   /// Sessions that begin from now on have these; those that there are keep what they began with. Any thread.
   void set_profiles(Profiles profiles);
-  /// From now on newcomers are refused (kBusyServer), and other servers are told. Any thread.
-  void stop_admitting();
+  /// From now on newcomers are refused (kBusyServer), other servers are told, and each vehicle is handed over when
+  /// the heir is ready for it. Any thread.
+  void drain();
 
   // ---- for housekeeping and tests ---------------------------------------------------------------------------------
   /// Answers requests, ends sessions that nobody uses, sends telemetry, writes the log. Called by one thread.
   void housekeep();
   std::shared_ptr<pilot::Pilot> session_of(const std::string& vehicle) const;
   std::size_t sessions() const;
+  /// drain() was called, and the last vehicle has left.
+  bool drained() const { return draining_.load(std::memory_order_relaxed) && sessions() == 0; }
+  /// Writes its pilots down for the heir, as its thread does. @pre has_heir
+  void write_down() { hand_over_->follow(pilots()); }
+  /// Takes over what has to be, as its thread does. @pre stands_by
+  void look_after() { stand_by_->look(); }
   /// Samples for vehicles that have no session here.
   std::uint64_t strays() const noexcept { return strays_.load(std::memory_order_relaxed); }
   /// The newest that housekeeping has made: how old they are says whether it still runs. Any thread.
@@ -163,6 +188,13 @@ class Service {
     std::string vehicle;
     std::uint64_t request;
   };
+  struct NewHeir {};
+  struct TakenAway {
+    std::string vehicle;
+    std::uint64_t session;
+    std::uint32_t take_overs;
+  };
+  using Item = std::variant<Asked, Gone, Profiles, NewHeir, TakenAway>;
 
   /// What was told of a session's problems.
   struct Told {
@@ -172,11 +204,14 @@ class Service {
     protocol::Problems logged = 0;
   };
 
+  void enqueue(Item item, std::size_t most);
+  std::vector<std::shared_ptr<pilot::Pilot>> pilots() const;
   void answer(const Asked& asked);
   Status check_profile(const protocol::SessionRequest& request) const;
   /// @pre check_profile(request)
   Result<pilot::PilotParts> parts_for(const protocol::SessionRequest& request) const;
   void accept(pilot::PilotParts parts);
+  void serve(const std::shared_ptr<pilot::Pilot>& pilot);
   void warn_of_openings(const protocol::SessionRequest& request) const;
   std::uint64_t new_session() const;
   void refuse(const protocol::SessionRequest& request, const Error& why, double retry_after_s = 0.0);
@@ -192,7 +227,18 @@ class Service {
   void log_problems(const std::string& vehicle, protocol::Problems found, protocol::Problems* logged);
   void make_figures(const std::vector<std::shared_ptr<pilot::Pilot>>& pilots, Stamp now);
   void run();
-  std::vector<std::shared_ptr<pilot::Pilot>> pilots() const;
+
+  // ---- heir and leader (succession.cpp)
+  StandBy::Parts stand_by_parts();
+  bool left_to_the_leader(const Asked& asked);
+  bool held_back() const { return stand_by_ && stand_by_->holds_back(); }
+  void take_over(const StandBy::Taken& taken);
+  void give_over_those_that_can_be();
+  void give_over(const std::shared_ptr<pilot::Pilot>& pilot);
+  void let_go(const TakenAway& taken);
+  bool is_ours(const protocol::PilotRecord& record);
+  bool heard(const pilot::Pilot& pilot) const;
+  void fill_succession(Figures* figures) const;
 
   // ---- who may join (admission.cpp)
   static RoomOptions room_options(const ServiceOptions& options);
@@ -220,7 +266,7 @@ class Service {
 
   std::mutex queue_mutex_;
   std::condition_variable queue_filled_;
-  std::deque<std::variant<Asked, Gone, Profiles>> queue_;
+  std::deque<Item> queue_;
   std::atomic<bool> stopping_{false};  // changed under the queue's mutex
 
   std::atomic<std::uint64_t> strays_{0};
@@ -233,7 +279,7 @@ class Service {
   Room room_;  // housekeeping
   Neighbours neighbours_;
   std::vector<Waiting> waiting_;  // housekeeping: requests that are left to other servers for a moment
-  std::atomic<bool> admitting_{true};
+  std::atomic<bool> draining_{false};
   Stamp next_room_{0};
   RateLimiter late_log_{std::chrono::seconds(2)};
   std::uint64_t sessions_shed_ = 0, sessions_displaced_ = 0;
@@ -244,6 +290,10 @@ class Service {
   Stamp next_figures_{0};
   mutable std::mutex figures_mutex_;
   std::shared_ptr<const Figures> figures_ = std::make_shared<Figures>();
+
+  std::atomic<std::uint64_t> taken_over_{0}, handed_over_{0};  // sessions
+  std::unique_ptr<HandOver> hand_over_;                        // null: has no heir
+  std::unique_ptr<StandBy> stand_by_;                          // null: stands by for nobody
 
   std::unique_ptr<ControlPool> control_;
   std::unique_ptr<PerceptionPool> perception_;

@@ -28,6 +28,30 @@ std::chrono::steady_clock::time_point steady(Stamp stamp) {
   return std::chrono::steady_clock::time_point(std::chrono::duration_cast<std::chrono::steady_clock::duration>(stamp));
 }
 
+/// The pilot's entry, held as if it were served, while f runs without the lock; its owner serves it again afterwards.
+/// @param find  of the entry; nullptr: there is none @param held, let_go  called under the lock
+template <typename Entry>
+bool hold(std::mutex* mutex, std::condition_variable* idle, const std::function<Entry*()>& find,
+          const std::function<void()>& f, const std::function<void(Entry*)>& held,
+          const std::function<void(Entry*)>& let_go) {
+  std::unique_lock lock(*mutex);
+  idle->wait(lock, [&] {  // ends with the step or frame in progress
+    const Entry* const entry = find();
+    return entry == nullptr || !entry->busy;
+  });
+  Entry* const entry = find();
+  if (entry == nullptr || entry->leaving) return false;
+  entry->busy = true;  // nobody serves or erases it
+  held(entry);
+  lock.unlock();
+  f();
+  lock.lock();
+  entry->busy = false;
+  let_go(entry);
+  idle->notify_all();
+  return true;
+}
+
 void name_thread(const char* role, int index) {
   const std::string name = std::string(role) + std::to_string(index);
   pthread_setname_np(pthread_self(), name.c_str());
@@ -108,15 +132,35 @@ void ControlPool::add(std::shared_ptr<pilot::Pilot> pilot) {
   changed_.notify_one();
 }
 
+ControlPool::Entry* ControlPool::find(const pilot::Pilot* pilot) {
+  const auto found =
+      std::find_if(entries_.begin(), entries_.end(), [&](const auto& entry) { return entry->pilot.get() == pilot; });
+  return found == entries_.end() ? nullptr : found->get();
+}
+
 void ControlPool::remove(const pilot::Pilot* pilot) {
   std::unique_lock lock(mutex_);
-  const auto is_it = [&](const auto& entry) { return entry->pilot.get() == pilot; };
-  const auto found = std::find_if(entries_.begin(), entries_.end(), is_it);
-  if (found == entries_.end()) return;
-  Entry* const entry = found->get();
+  Entry* const entry = find(pilot);
+  if (entry == nullptr) return;
   entry->leaving = true;
   idle_.wait(lock, [&] { return !entry->busy; });  // ends with the step in progress
-  std::erase_if(entries_, is_it);
+  std::erase_if(entries_, [&](const auto& one) { return one.get() == entry; });
+}
+
+bool ControlPool::between_steps(const pilot::Pilot* pilot, const std::function<void()>& f) {
+  const auto held = [this](Entry* entry) {
+    entry->busy_since = clock_->now();
+    entry->woken = false;
+  };
+  const auto let_go = [this](Entry* entry) {
+    if (entry->woken) {  // lockstep: something came meanwhile
+      entry->due = clock_->now();
+      entry->deadline = entry->due + kLockstepDeadline;
+    }
+    changed_.notify_one();  // it may be due by now
+  };
+  return hold<Entry>(
+      &mutex_, &idle_, [&] { return find(pilot); }, f, held, let_go);
 }
 
 void ControlPool::wake(const pilot::Pilot* pilot) {
@@ -281,15 +325,24 @@ void PerceptionPool::add(std::shared_ptr<pilot::Pilot> pilot) {
   entries_.push_back(std::move(entry));
 }
 
+PerceptionPool::Entry* PerceptionPool::find(const pilot::Pilot* pilot) {
+  const auto found =
+      std::find_if(entries_.begin(), entries_.end(), [&](const auto& entry) { return entry->pilot.get() == pilot; });
+  return found == entries_.end() ? nullptr : found->get();
+}
+
 void PerceptionPool::remove(const pilot::Pilot* pilot) {
   std::unique_lock lock(mutex_);
-  const auto is_it = [&](const auto& entry) { return entry->pilot.get() == pilot; };
-  const auto found = std::find_if(entries_.begin(), entries_.end(), is_it);
-  if (found == entries_.end()) return;
-  Entry* const entry = found->get();
+  Entry* const entry = find(pilot);
+  if (entry == nullptr) return;
   entry->leaving = true;
   idle_.wait(lock, [&] { return !entry->busy; });  // ends with the frame in progress
-  std::erase_if(entries_, is_it);
+  std::erase_if(entries_, [&](const auto& one) { return one.get() == entry; });
+}
+
+bool PerceptionPool::between_frames(const pilot::Pilot* pilot, const std::function<void()>& f) {
+  return hold<Entry>(
+      &mutex_, &idle_, [&] { return find(pilot); }, f, [](Entry*) {}, [this](Entry*) { changed_.notify_one(); });
 }
 
 void PerceptionPool::wake() {

@@ -45,6 +45,9 @@ class ControlPool {
   void add(std::shared_ptr<pilot::Pilot> pilot);
   /// When it returns, no step of the pilot runs and none will.
   void remove(const pilot::Pilot* pilot);
+  /// Calls f between two steps of the pilot: none runs meanwhile, and its next one waits for f.
+  /// @return false, and f was not called: the pilot is not served here (any more)
+  bool between_steps(const pilot::Pilot* pilot, const std::function<void()>& f);
   /// Lockstep: something came for this pilot.
   void wake(const pilot::Pilot* pilot);
   void stop();
@@ -68,6 +71,7 @@ class ControlPool {
     bool woken = false;    ///< while busy
     bool leaving = false;  ///< being removed: not served any more
   };
+  Entry* find(const pilot::Pilot* pilot);
   void run(int index);
   Entry* choose(Stamp now, Stamp* next_due);
   bool help(std::unique_lock<std::mutex>& lock, Stamp until);
@@ -100,6 +104,8 @@ class PerceptionPool {
   void add(std::shared_ptr<pilot::Pilot> pilot);
   /// When it returns, no frame of the pilot is being looked at and none will be.
   void remove(const pilot::Pilot* pilot);
+  /// Calls f between two frames of the pilot, as ControlPool::between_steps() does.
+  bool between_frames(const pilot::Pilot* pilot, const std::function<void()>& f);
   /// A frame came, or a state that names one.
   void wake();
   void stop();
@@ -112,6 +118,7 @@ class PerceptionPool {
     bool busy = false;
     bool leaving = false;  ///< being removed: not served any more
   };
+  Entry* find(const pilot::Pilot* pilot);
   void run(int index);
 
   const Clock* const clock_;

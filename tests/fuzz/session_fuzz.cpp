@@ -47,10 +47,12 @@ void client_story(FuzzedDataProvider* story) {
   for (int line = 0; line < kLongestStory && story->remaining_bytes() > 0; ++line) {
     now = later(story, now);
     const auto phase = logic.phase();
+    const sdk::Ear ear = logic.ear();
     const ParticipantId server = logic.server();
     const std::uint64_t session = logic.session().session;
     const std::uint64_t reconnects = logic.reconnects();
-    bool told = false;
+    const std::uint64_t take_overs = logic.take_overs();
+    bool told = false, inherited = false;
     switch (story->ConsumeIntegralInRange<int>(0, 3)) {
       case 0:
         if (logic.request_due(now) && phase == SessionLogic::Phase::kFailed) bug("asks again after it failed");
@@ -62,6 +64,8 @@ void client_story(FuzzedDataProvider* story) {
         reply.code = static_cast<ErrorCode>(story->ConsumeIntegralInRange<int>(0, 14));
         reply.session = story->ConsumeIntegralInRange<std::uint64_t>(1, 5);
         reply.server = story->ConsumeBool() ? "a" : "b";
+        reply.control_period_s = 0.02;
+        if (story->ConsumeBool()) reply.heir = person(story).bytes;
         const ParticipantId from = person(story);
         told = logic.on_reply(reply, from, now);
         const bool stranger = phase == SessionLogic::Phase::kJoined && from != server;
@@ -76,7 +80,13 @@ void client_story(FuzzedDataProvider* story) {
         protocol::ThrustRateCommand command;
         command.session = story->ConsumeIntegralInRange<std::uint64_t>(0, 5);
         command.sequence = story->ConsumeIntegralInRange<std::uint64_t>(0, 50);
-        const auto heard = logic.on_command(command);
+        const ParticipantId from = person(story);
+        const auto heard = logic.on_command(command, from, now);
+        inherited = logic.take_overs() != take_overs;
+        if (inherited && (from == server || from != ear.heir || logic.take_overs() != take_overs + 1))
+          bug("somebody goes on with the session whom the server did not name");
+        if (inherited) newest.clear();  // the heir counts on from what it knows of
+        if (heard != SessionLogic::Heard::kForeign && !ear.hears(from, now)) bug("a stranger's command is heard");
         if (heard == SessionLogic::Heard::kNew) {
           if (command.session != logic.session().session) bug("a command of another session is new");
           if (const auto found = newest.find(command.session);
@@ -90,7 +100,7 @@ void client_story(FuzzedDataProvider* story) {
     }
     if (told) newest.clear();
     if (logic.request() == 0) bug("a request without a number");
-    if (!told && (logic.server() != server || logic.session().session != session))
+    if (!told && ((logic.server() != server && !inherited) || logic.session().session != session))
       bug("the session changed and nobody was told");
     if (logic.reconnects() < reconnects || logic.reconnects() > reconnects + (told ? 1 : 0))
       bug("reconnects miscounted");
@@ -155,7 +165,9 @@ void server_story(FuzzedDataProvider* story) {
       default: {
         const SampleFault fault = speakers.may_speak(from, vehicle, story->ConsumeIntegral<std::uint16_t>(), now);
         const auto found = owner.find(vehicle);
-        const bool stranger = found == owner.end() || found->second != from;
+        const bool elsewhere = found == owner.end() && claims[from].contains(vehicle);
+        const bool stranger = !elsewhere && (found == owner.end() || found->second != from);
+        if (elsewhere != (fault == SampleFault::kElsewhere)) bug("who asked here is taken for somebody else");
         if (stranger != (fault == SampleFault::kStranger)) bug("a stranger speaks, or an owner doesn't");
       }
     }

@@ -109,7 +109,7 @@ void Vehicle::on_reply(const protocol::SessionReply& reply, const dds::Participa
   replied_.notify_all();
 }
 
-void Vehicle::on_command(const protocol::ThrustRateCommand& command) {
+void Vehicle::on_command(const protocol::ThrustRateCommand& command, const dds::ParticipantId&) {
   const Stamp came = now();
   const Stamp left(sent_[command.answers_sequence % kUnderWay]);
   const std::lock_guard lock(mutex_);

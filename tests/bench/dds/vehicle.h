@@ -40,7 +40,7 @@ class Vehicle final : private dds::ClientHandler {
 
  private:
   void on_reply(const protocol::SessionReply& reply, const dds::ParticipantId& from) override;
-  void on_command(const protocol::ThrustRateCommand& command) override;
+  void on_command(const protocol::ThrustRateCommand& command, const dds::ParticipantId& from) override;
   void on_telemetry(const protocol::Telemetry& telemetry) override;
   void on_rejected(dds::Topic topic, const std::string& reason) override;
 

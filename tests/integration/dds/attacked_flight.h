@@ -8,6 +8,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "common/dds/convert.h"
+#include "common/dds/pairing.h"
 #include "common/dds/participant.h"
 #include "common/dds/reader.h"
 #include "common/dds/server_endpoint.h"
@@ -47,7 +49,8 @@ class Stranger {
   /// @param credentials  in a closed domain: what he got hold of; nullptr: nothing
   explicit Stranger(const std::string& user_data = {}, const Credentials* credentials = nullptr)
       : participant_(must(Participant::open(
-            own_domain(), "stranger", user_data, {}, [](const PeerEvent&) {}, {}, {}, credentials))) {
+            own_domain(), "stranger", user_data, {}, [this](const PeerEvent& event) { meet(event); }, {}, {},
+            credentials))) {
     if (credentials != nullptr && credentials->identity.role == Role::kVehicle) return;  // may not overhear
     Reader<wire::SessionRequestPubSubType>::Callbacks callbacks;
     callbacks.sample = [this](wire::SessionRequest* request, const Origin&) { overheard_ = request->request(); };
@@ -61,6 +64,19 @@ class Stranger {
     return overheard_;
   }
   Participant* participant() { return participant_.get(); }
+  /// The participant of the server of this name.
+  ParticipantId server(const std::string& name) {
+    for (int i = 0; i < 500; ++i) {
+      {
+        const std::lock_guard lock(mutex_);
+        for (const auto& [announced, id] : met_)
+          if (Pairing::server_in(announced) == name) return id;
+      }
+      std::this_thread::sleep_for(10ms);
+    }
+    ADD_FAILURE() << "no server " << name;
+    return {};
+  }
 
   template <typename Generated>
   std::unique_ptr<Writer<Generated>> writer(Topic topic, std::uint32_t strength = 0,
@@ -71,6 +87,13 @@ class Stranger {
   }
 
  private:
+  void meet(const PeerEvent& event) {
+    const std::lock_guard lock(mutex_);
+    met_[event.user_data] = event.peer;
+  }
+
+  std::mutex mutex_;
+  std::map<std::string, ParticipantId> met_;  // by what they announce
   std::unique_ptr<Participant> participant_;
   std::atomic<std::uint64_t> overheard_{0};
   std::unique_ptr<Reader<wire::SessionRequestPubSubType>> requests_;
@@ -85,9 +108,11 @@ class AttackedFlight : public ::testing::Test {
     static_cast<void>(name);
     return {};
   }
+  virtual PartnerNames partners() const { return {}; }
   void SetUp() override {
     service::ServiceOptions options;
     options.name = kServer;
+    options.has_heir = !partners().heir.empty();
     options.max_vehicles = 4;
     options.profiles = {{"race", service::testing::small_profile()}};
     service_ = std::make_unique<service::Service>(options, service::testing::fake_factories(), &clock_, &transport_);
@@ -103,7 +128,7 @@ class AttackedFlight : public ::testing::Test {
       const std::lock_guard lock(mutex_);
       packets_told_ = in_words(dropped);
     };
-    endpoint_ = must(ServerEndpoint::create(own_domain(), kServer, &transport_, told));
+    endpoint_ = must(ServerEndpoint::create(own_domain(), kServer, &transport_, told, partners()));
     transport_.attach(endpoint_.get());
     service_->start();
     victim_ = join("victim");

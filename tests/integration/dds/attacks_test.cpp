@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "common/dds/library_log.h"
+#include "common/dds/record_convert.h"
+#include "gatefield_idl/serversPubSubTypes.h"
 #include "tests/integration/dds/attacked_flight.h"
 #include "tests/integration/dds/raw_type.h"
 
@@ -112,6 +114,93 @@ TEST_F(Attacks, AServersNameKeepsNoServerFromStarting) {
   EXPECT_TRUE(server.ok()) << server.error();
   for (int i = 0; i < 500 && handler.namesakes == 0; ++i) std::this_thread::sleep_for(10ms);
   EXPECT_EQ(handler.namesakes, 1) << "it is told";
+}
+
+TEST_F(Attacks, WhoSaysThatItStandsByIsNobodysHeir) {
+  Stranger stranger(std::string("gatefield-server:evil:standby-of:") + kServer);
+  auto commands =
+      stranger.writer<wire::ThrustRateCommandPubSubType>(Topic::kCommand, 1000, command_partition("victim"));
+  auto replies = stranger.writer<wire::SessionReplyPubSubType>(Topic::kSessionReply);
+  const std::uint64_t session = victim_->session().session;
+  const std::uint64_t number = stranger.overheard();
+  expect_unharmed(fly(victim_.get(), [&](std::uint64_t sequence) {
+    protocol::SessionReply reply = test::good_reply("victim", number);
+    reply.session = session;
+    reply.server = "evil";
+    if (sequence % 10 == 0) replies->write([&](auto* sample) { to_wire(reply, sample); });
+    protocol::ThrustRateCommand command = test::good_command("victim", 1000 + sequence);
+    command.session = session;
+    command.plan_step = kMark;
+    commands->write([&](auto* sample) { to_wire(command, sample); });
+  }));
+  EXPECT_EQ(victim_->session().heir, protocol::ParticipantBytes());
+}
+
+/// The server was told of a stand-by, which is not there.
+class AttacksOnAPair : public Attacks {
+  PartnerNames partners() const override { return {.heir = "planner-2"}; }
+};
+
+protocol::PilotRecord record_of(const std::string& vehicle, std::uint64_t session, std::uint64_t request,
+                                protocol::PilotRecord::Kind kind) {
+  protocol::PilotRecord record;
+  record.vehicle = vehicle;
+  record.session = session;
+  record.request = request;
+  record.kind = kind;
+  if (kind <= protocol::PilotRecord::Kind::kHandOver) record.pilot = {1, 2, 3};
+  return record;
+}
+
+TEST_F(AttacksOnAPair, AStrangersWordThatItFliesTheVehicleIsDropped) {
+  Stranger stranger("gatefield-server:planner-2:standby-of:another");
+  auto records = stranger.writer<wire::PilotRecordPubSubType>(Topic::kPilotRecord);
+  const ParticipantId server = stranger.server(kServer);
+  const auto taken =
+      record_of("victim", victim_->session().session, stranger.overheard(), protocol::PilotRecord::Kind::kTaken);
+  expect_unharmed(fly(victim_.get(), [&](std::uint64_t) {
+    records->write([&](wire::PilotRecord* sample) {
+      to_wire(taken, sample);
+      sample->to() = server.bytes;
+    });
+  }));
+  EXPECT_NE(service_->session_of("victim"), nullptr);
+  EXPECT_NE(told().find("gatefield/server/pilot"), std::string::npos) << told();
+}
+
+TEST_F(Attacks, AStrangersRecordsAreNotFollowed) {
+  struct : ServerHandler {
+    void on_session_request(const protocol::SessionRequest&, const Status&) override {}
+    void on_state(const protocol::VehicleState&) override {}
+    void on_depth(protocol::DepthFrame&) override {}
+    void on_vehicle_gone(const std::string&, std::uint64_t) override {}
+    void on_rejected(Topic, const std::string&, const Error&) override {}
+    void on_leader(const std::optional<ParticipantId>& leader, bool) override { leaders.fetch_add(leader ? 1 : 0); }
+    void on_record(const protocol::PilotRecord&) override { heard.fetch_add(1); }
+    void on_leader_command(const protocol::ThrustRateCommand&) override { commands.fetch_add(1); }
+    std::atomic<int> leaders{0}, heard{0}, commands{0};
+  } handler;
+  std::atomic<std::uint64_t> dropped{0};
+  TransportOptions options;
+  options.on_samples_dropped = [&](const DroppedSamples& told) { dropped += told.count; };
+  const auto stand_by = must(ServerEndpoint::create(own_domain(), "planner-2", &handler, options, {.leader = kServer}));
+  for (int i = 0; i < 500 && handler.leaders == 0; ++i) std::this_thread::sleep_for(10ms);
+  ASSERT_EQ(handler.leaders, 1);
+  // Second of its leader's name: the first one is the leader.
+  Stranger stranger(std::string("gatefield-server:") + kServer + ":serving");
+  auto records = stranger.writer<wire::PilotRecordPubSubType>(Topic::kPilotRecord);
+  const ParticipantId to = stranger.server("planner-2");
+  const auto give =
+      record_of("victim", victim_->session().session, stranger.overheard(), protocol::PilotRecord::Kind::kHandOver);
+  expect_unharmed(fly(victim_.get(), [&](std::uint64_t) {
+    records->write([&](wire::PilotRecord* sample) {
+      to_wire(give, sample);
+      sample->to() = to.bytes;
+    });
+  }));
+  EXPECT_EQ(handler.heard, 0);
+  EXPECT_GT(dropped, 0u);
+  EXPECT_GT(handler.commands, 10) << "the leader's commands are heard";
 }
 
 TEST_F(Attacks, RequestsUnderManyNamesLeaveRoomForNewcomers) {

@@ -93,7 +93,7 @@ struct RecordingClient : ClientHandler, Log {
   void on_reply(const protocol::SessionReply& reply, const ParticipantId&) override {
     change([&] { replies.push_back(reply); });
   }
-  void on_command(const protocol::ThrustRateCommand& command) override {
+  void on_command(const protocol::ThrustRateCommand& command, const ParticipantId&) override {
     change([&] { commands.push_back(command); });
   }
   void on_telemetry(const protocol::Telemetry& message) override {

@@ -134,7 +134,7 @@ TEST_F(Refusals, CarryCodeFieldValueAndRange) {
     void on_reply(const protocol::SessionReply& reply, const ParticipantId&) override {
       test->heard([&] { replies.push_back(reply); });
     }
-    void on_command(const protocol::ThrustRateCommand&) override {}
+    void on_command(const protocol::ThrustRateCommand&, const ParticipantId&) override {}
     void on_telemetry(const protocol::Telemetry&) override {}
     void on_rejected(Topic, const std::string& reason) override { ADD_FAILURE() << reason; }
   } heard_by;

@@ -308,7 +308,7 @@ TEST_F(Faults, AStampFarAheadCostsNoRaceAndIsTold) {
 TEST_F(Faults, AFrameOfAnotherParticipantChangesNothing) {
   struct Nobody : dds::ClientHandler {
     void on_reply(const protocol::SessionReply&, const dds::ParticipantId&) override {}
-    void on_command(const protocol::ThrustRateCommand&) override {}
+    void on_command(const protocol::ThrustRateCommand&, const dds::ParticipantId&) override {}
     void on_telemetry(const protocol::Telemetry&) override {}
     void on_rejected(dds::Topic, const std::string&) override {}
   } nobody;

@@ -38,7 +38,7 @@ class Caller final : private dds::ClientHandler {
   void on_reply(const protocol::SessionReply&, const dds::ParticipantId&) override {
     if (!heard_.exchange(true)) ++*answered_;
   }
-  void on_command(const protocol::ThrustRateCommand&) override {}
+  void on_command(const protocol::ThrustRateCommand&, const dds::ParticipantId&) override {}
   void on_telemetry(const protocol::Telemetry&) override {}
   void on_rejected(dds::Topic, const std::string&) override {}
 

@@ -101,7 +101,7 @@ std::set<int> own_ports() {
 TEST(Join, PortsStayInTheDomainHoweverManyCameBefore) {
   struct Nobody : dds::ClientHandler {
     void on_reply(const protocol::SessionReply&, const dds::ParticipantId&) override {}
-    void on_command(const protocol::ThrustRateCommand&) override {}
+    void on_command(const protocol::ThrustRateCommand&, const dds::ParticipantId&) override {}
     void on_telemetry(const protocol::Telemetry&) override {}
     void on_rejected(dds::Topic, const std::string&) override {}
   } nobody;

@@ -50,6 +50,11 @@ bool hear(SessionLogic* logic, const protocol::SessionReply& reply, Stamp now) {
   return logic->on_reply(reply, participant_of(reply.server), now);
 }
 
+/// A command of our server.
+Heard hear(SessionLogic* logic, const protocol::ThrustRateCommand& command, Stamp now = 0s) {
+  return logic->on_command(command, logic->server(), now);
+}
+
 SessionLogic joined(std::uint64_t session = 50) {
   SessionLogic logic(7);
   logic.request_due(0s);
@@ -143,7 +148,7 @@ TEST(SessionLogic, ARefusalSaysWhenAskingAgainIsWorthWhile) {
 
 TEST(SessionLogic, WhoIsSentAwayComesBackWhenItIsWorthWhile) {
   SessionLogic logic = joined(50);
-  logic.on_command(command(50, 1));
+  logic.on_command(command(50, 1), logic.server(), 10s);
   logic.on_state_sent(10s);
   EXPECT_FALSE(hear(&logic, full(7, 5), 10s));
   EXPECT_EQ(logic.phase(), Phase::kEnded);
@@ -180,24 +185,24 @@ TEST(SessionLogic, TheRequestNumberNeverBecomesZero) {
 
 TEST(SessionLogic, CommandsOfTheSessionCountOnceAndOthersNever) {
   SessionLogic logic = joined(50);
-  EXPECT_EQ(logic.on_command(command(50, 1)), Heard::kNew);
-  EXPECT_EQ(logic.on_command(command(50, 1)), Heard::kRepeated);
-  EXPECT_EQ(logic.on_command(command(50, 3)), Heard::kNew);
-  EXPECT_EQ(logic.on_command(command(50, 2)), Heard::kRepeated);
-  EXPECT_EQ(logic.on_command(command(51, 9)), Heard::kForeign);
+  EXPECT_EQ(hear(&logic, command(50, 1)), Heard::kNew);
+  EXPECT_EQ(hear(&logic, command(50, 1)), Heard::kRepeated);
+  EXPECT_EQ(hear(&logic, command(50, 3)), Heard::kNew);
+  EXPECT_EQ(hear(&logic, command(50, 2)), Heard::kRepeated);
+  EXPECT_EQ(hear(&logic, command(51, 9)), Heard::kForeign);
   SessionLogic early(7);
-  EXPECT_EQ(early.on_command(command(0, 1)), Heard::kForeign);
+  EXPECT_EQ(hear(&early, command(0, 1)), Heard::kForeign);
 }
 
 TEST(SessionLogic, AnotherSessionOfOurServerIsAdoptedAtOnce) {
   SessionLogic logic = joined(50);
-  EXPECT_EQ(logic.on_command(command(50, 1000)), Heard::kNew);
+  EXPECT_EQ(hear(&logic, command(50, 1000)), Heard::kNew);
   EXPECT_FALSE(hear(&logic, accept(7, 50), 1s)) << "the same reply again";
   EXPECT_TRUE(hear(&logic, accept(7, 60), 1s));
   EXPECT_EQ(logic.session().session, 60u);
   EXPECT_EQ(logic.reconnects(), 1u);
-  EXPECT_EQ(logic.on_command(command(50, 1001)), Heard::kForeign);
-  EXPECT_EQ(logic.on_command(command(60, 1)), Heard::kNew) << "a new session counts from 1";
+  EXPECT_EQ(hear(&logic, command(50, 1001)), Heard::kForeign);
+  EXPECT_EQ(hear(&logic, command(60, 1)), Heard::kNew) << "a new session counts from 1";
 }
 
 TEST(SessionLogic, AnotherServersAcceptanceWaitsUntilOursIsSilent) {
@@ -205,7 +210,7 @@ TEST(SessionLogic, AnotherServersAcceptanceWaitsUntilOursIsSilent) {
   EXPECT_FALSE(hear(&logic, accept(7, 70, "planner-2"), 0s));
   EXPECT_EQ(logic.session().session, 50u);
   EXPECT_FALSE(logic.on_state_sent(1s));
-  logic.on_command(command(50, 1));
+  hear(&logic, command(50, 1));
   EXPECT_FALSE(logic.on_state_sent(5s)) << "a pause of our own is not the server's silence";
   EXPECT_FALSE(logic.on_state_sent(5s + 999ms));
   EXPECT_TRUE(logic.on_state_sent(6s));
@@ -260,7 +265,7 @@ TEST(SessionLogic, AStrangersWordsChangeNothingWhileOursAnswers) {
   EXPECT_EQ(logic.phase(), Phase::kJoined);
   for (int i = 1; i < 500; ++i) {
     EXPECT_FALSE(logic.on_state_sent(i * 20ms));
-    EXPECT_EQ(logic.on_command(command(50, static_cast<std::uint64_t>(i))), Heard::kNew);
+    EXPECT_EQ(hear(&logic, command(50, static_cast<std::uint64_t>(i))), Heard::kNew);
   }
   EXPECT_EQ(logic.session().session, 50u);
   EXPECT_EQ(logic.server(), participant_of("planner-1"));
@@ -275,6 +280,86 @@ TEST(SessionLogic, ARestartedServerIsKnownByItsNameWhenOursIsSilent) {
   EXPECT_TRUE(logic.on_state_sent(1s + 500ms));
   EXPECT_EQ(logic.session().session, 60u);
   EXPECT_EQ(logic.server(), restarted);
+}
+
+/// Joined with planner-1, which names planner-2 as its heir; control period 20 ms, newest command at 10 s.
+class Heir : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    logic_.request_due(0s);
+    EXPECT_TRUE(hear(&logic_, reply("planner-1", "planner-2"), 0s));
+    EXPECT_EQ(logic_.on_command(command(50, 400), kLeader, 10s), Heard::kNew);
+  }
+  static protocol::SessionReply reply(const std::string& server, const std::string& heir) {
+    protocol::SessionReply reply = accept(7, 50, server);
+    reply.control_period_s = 0.02;
+    reply.heir = heir.empty() ? protocol::ParticipantBytes() : participant_of(heir).bytes;
+    return reply;
+  }
+  const dds::ParticipantId kLeader = participant_of("planner-1"), kHeir = participant_of("planner-2");
+  SessionLogic logic_{7};
+};
+
+TEST_F(Heir, IsNotHeardWhileTheLeaderCommands) {
+  EXPECT_FALSE(logic_.ear().hears(kHeir, 10s + 39ms));
+  EXPECT_EQ(logic_.on_command(command(50, 401), kHeir, 10s + 39ms), Heard::kForeign);
+  EXPECT_EQ(logic_.server(), kLeader);
+}
+
+TEST_F(Heir, GoesOnWithTheSessionWhenTheLeaderIsSilent) {
+  EXPECT_TRUE(logic_.ear().hears(kHeir, 10s + 40ms));
+  EXPECT_EQ(logic_.on_command(command(50, 3), kHeir, 10s + 80ms), Heard::kNew) << "it counts by itself";
+  EXPECT_EQ(logic_.server(), kHeir);
+  EXPECT_EQ(logic_.phase(), Phase::kJoined);
+  EXPECT_EQ(logic_.session().session, 50u);
+  EXPECT_EQ(logic_.take_overs(), 1u);
+  EXPECT_EQ(logic_.reconnects(), 0u);
+}
+
+TEST_F(Heir, ThatTookOverIsTheServerAndTheLeaderIsHeardNoMore) {
+  logic_.on_command(command(50, 401), kHeir, 10s + 80ms);
+  for (const Stamp now : {Stamp(10s + 81ms), Stamp(11s), Stamp(60s)}) {
+    EXPECT_FALSE(logic_.ear().hears(kLeader, now));
+    EXPECT_EQ(logic_.on_command(command(50, 900), kLeader, now), Heard::kForeign);
+  }
+  EXPECT_FALSE(hear(&logic_, refuse(7, "the server stops"), 12s)) << "the old leader can't end it";
+  EXPECT_EQ(logic_.phase(), Phase::kJoined);
+  EXPECT_TRUE(logic_.on_reply(accept(7, 60), kHeir, 13s)) << "the heir can begin another session";
+}
+
+TEST_F(Heir, NamesTheNextHeirWheneverItSaysSo) {
+  EXPECT_FALSE(hear(&logic_, reply("planner-2", "planner-3"), 10s + 70ms)) << "before its first command";
+  EXPECT_EQ(logic_.session().server, "planner-1");
+  logic_.on_command(command(50, 401), kHeir, 10s + 80ms);
+  EXPECT_EQ(logic_.session().server, "planner-2");
+  EXPECT_EQ(logic_.ear().heir, participant_of("planner-3"));
+  EXPECT_FALSE(hear(&logic_, reply("planner-2", ""), 11s)) << "it is gone";
+  EXPECT_EQ(logic_.ear().heir, dds::ParticipantId());
+  EXPECT_FALSE(hear(&logic_, reply("planner-2", "planner-4"), 12s));
+  EXPECT_EQ(logic_.on_command(command(50, 1), participant_of("planner-4"), 20s), Heard::kNew);
+  EXPECT_EQ(logic_.take_overs(), 2u);
+}
+
+TEST_F(Heir, IsHeardAtOnceWhenTheLeaderHandedTheSessionOver) {
+  protocol::SessionReply leaving = reply("planner-1", "planner-2");
+  leaving.code = ErrorCode::kLeaving;
+  EXPECT_FALSE(hear(&logic_, leaving, 10s + 1ms));
+  EXPECT_EQ(logic_.on_command(command(50, 401), kLeader, 10s + 2ms), Heard::kNew) << "its last one is welcome";
+  EXPECT_EQ(logic_.on_command(command(50, 402), kHeir, 10s + 3ms), Heard::kNew);
+  EXPECT_EQ(logic_.server(), kHeir);
+}
+
+TEST_F(Heir, IsOnlyWhoTheLeaderNames) {
+  const dds::ParticipantId stranger = participant_of("stranger");
+  EXPECT_FALSE(logic_.on_reply(reply("planner-2", "stranger"), stranger, 10s));
+  EXPECT_FALSE(logic_.ear().hears(stranger, 60s));
+  EXPECT_EQ(logic_.on_command(command(50, 401), stranger, 60s), Heard::kForeign);
+  EXPECT_EQ(logic_.on_command(command(51, 401), kHeir, 60s), Heard::kForeign) << "nor another session";
+}
+
+TEST_F(Heir, ThatNobodyNamedIsNobody) {
+  SessionLogic logic = joined(50);
+  EXPECT_FALSE(logic.ear().hears(dds::ParticipantId(), 60s));
 }
 
 }  // namespace

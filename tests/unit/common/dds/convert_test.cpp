@@ -8,8 +8,10 @@
 #include <thread>
 
 #include "common/base/random.h"
+#include "common/dds/record_convert.h"
 #include "common/dds/wire_type.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
+#include "gatefield_idl/serversPubSubTypes.h"
 #include "tests/support/allocation_trap.h"
 #include "tests/support/messages.h"
 
@@ -260,6 +262,40 @@ TEST(Convert, DepthFrameComesBackAsItWas) {
   EXPECT_EQ(out.pixels, in.pixels);
 }
 
+protocol::PilotRecord good_record() {
+  protocol::PilotRecord record;
+  record.vehicle = "drone";
+  record.session = 0x8f00000000000001;
+  record.request = 17;
+  record.kind = protocol::PilotRecord::Kind::kHandOver;
+  record.take_overs = 3;
+  record.written = Stamp{123'456'789'012};
+  record.pilot = {0, 1, 2, 255};
+  return record;
+}
+
+TEST(Convert, PilotRecordComesBackAsItWas) {
+  const protocol::PilotRecord in = good_record();
+  const auto back = round_trip<wire::PilotRecordPubSubType>(in);
+  EXPECT_EQ(back.vehicle, in.vehicle);
+  EXPECT_EQ(back.session, in.session);
+  EXPECT_EQ(back.request, in.request);
+  EXPECT_EQ(back.kind, in.kind);
+  EXPECT_EQ(back.take_overs, in.take_overs);
+  EXPECT_EQ(back.written, in.written);
+  EXPECT_EQ(back.pilot, in.pilot);
+}
+
+TEST(Hostile, RecordsOfAnotherVersionAreRefused) {
+  wire::PilotRecord sample;
+  to_wire(good_record(), &sample);
+  sample.version(wire::PILOT_RECORD_VERSION + 1);
+  protocol::PilotRecord out;
+  const Status verdict = from_wire(sample, &out);
+  ASSERT_FALSE(verdict.ok());
+  EXPECT_EQ(verdict.failure().code, ErrorCode::kVersion);
+}
+
 TEST(Hostile, CountsBeyondTheirBoundsAreNamed) {
   wire::SessionRequest request;
   to_wire(test::good_request(), &request);
@@ -390,6 +426,7 @@ TEST(Hostile, AnyBytesAreReadOrRefusedWithoutAnException) {
   fuzz<wire::TelemetryPubSubType>(test::good_telemetry(), 5);
   fuzz<wire::ServerStatusPubSubType>(test::good_status(), 6);
   fuzz<wire::DepthFramePubSubType>(test::good_frame(), 6);
+  fuzz<wire::PilotRecordPubSubType>(good_record(), 7);
 }
 
 TEST(WireType, KeysMayBeComputedByManyThreads) {

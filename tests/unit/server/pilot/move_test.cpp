@@ -103,6 +103,53 @@ TEST_P(Move, OfAVehicleThatIsFlownByRatesChangesNothingEither) {
     EXPECT_NEAR(telemetry.identified.rate_time_constant_s[axis], 0.04, 0.01) << "axis " << axis;
 }
 
+TEST_P(Move, ToWhereAnEarlierStateWasReadBeforeChangesNothingEither) {
+  testing::Flight flight(GetParam());
+  const auto pilot = flight.make_pilot();
+  const auto waiting = flight.make_pilot();
+  for (int i = 0; i < 5; ++i) {
+    flight.fly(pilot.get(), 25);
+    const std::string state = pilot->save();
+    ASSERT_TRUE(waiting->restore(state)) << waiting->restore(state).error();
+    EXPECT_EQ(waiting->save(), state) << "state " << i;
+  }
+}
+
+/// As a stand-by does it: an older state, and what was heard since.
+TEST(MoveOn, FromAnEarlierStateAndWhatCameSinceThePredictionIsTheSame) {
+  testing::Flight flight(protocol::Timing::kRealTime);
+  const auto pilot = flight.make_pilot();
+  flight.fly(pilot.get(), 60);
+  const std::string state = pilot->save();
+  const std::size_t saved = flight.events().size();
+  std::vector<protocol::ThrustRateCommand> commands;
+  for (int i = 0; i < 3; ++i) {
+    flight.fly(pilot.get(), 1);
+    commands.push_back(pilot->stepping().state().command);
+  }
+  const auto other = flight.make_pilot();
+  ASSERT_TRUE(other->restore(state));
+  for (const protocol::ThrustRateCommand& command : commands) other->stepping().sent_elsewhere(command);
+  for (std::size_t i = saved; i < flight.events().size(); ++i)
+    if (const auto* const arrived = std::get_if<StateArrived>(&flight.events()[i]))
+      other->intake().take_state(arrived->state, arrived->at);
+
+  other->stepping().absorb();
+  pilot->stepping().absorb();
+  const Stepping::State& goes_on = other->stepping().state();
+  const Stepping::State& stayed = pilot->stepping().state();
+  EXPECT_EQ(goes_on.newest.sequence, stayed.newest.sequence);
+  EXPECT_EQ(goes_on.command.sequence, stayed.command.sequence);
+  const auto sent = goes_on.inputs.pieces(stayed.newest.stamp);
+  const auto truly_sent = stayed.inputs.pieces(stayed.newest.stamp);
+  ASSERT_EQ(sent.size(), truly_sent.size());
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    EXPECT_EQ(sent[i].from, truly_sent[i].from) << i;
+    EXPECT_EQ(sent[i].to, truly_sent[i].to) << i;
+    EXPECT_EQ(sent[i].input, truly_sent[i].input) << i;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Timings, Move, ::testing::Values(protocol::Timing::kLockstep, protocol::Timing::kRealTime),
                          [](const auto& timing) {
                            return timing.param == protocol::Timing::kLockstep ? "Lockstep" : "RealTime";

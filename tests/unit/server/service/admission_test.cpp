@@ -163,7 +163,7 @@ TEST_F(AdmissionTest, OtherServersAreToldHowMuchRoomThereIs) {
   told = transport_.statuses().back();
   EXPECT_EQ(told.sessions, 1u);
   EXPECT_LT(told.room_cores, 0.7);
-  service_->stop_admitting();
+  service_->drain();
   clock_.advance(250ms);
   service_->housekeep();
   EXPECT_FALSE(transport_.statuses().back().accepts);

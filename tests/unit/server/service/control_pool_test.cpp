@@ -195,6 +195,44 @@ TEST(ControlPool, ProcessorTimeOfStepsIsCounted) {
   EXPECT_EQ(pool.spent().helping, 0ns);
 }
 
+TEST(ControlPool, ADeedBetweenTwoStepsMeetsNone) {
+  const MonotonicClock clock;
+  testing::FakeTransport transport;
+  ControlPool pool({2, false, nullptr, {}}, &clock, &transport);
+  auto script = std::make_shared<testing::FakePlanner::Script>();
+  std::atomic<bool> planning{false};
+  script->during = [&] {
+    planning = true;
+    std::this_thread::sleep_for(1ms);
+    planning = false;
+  };
+  pilot::PilotParts parts;
+  parts.request = testing::join_request();
+  parts.session = 1;
+  parts.planner = std::make_unique<testing::FakePlanner>(testing::small_profile(), parts.request.quadrotor, script);
+  parts.sensor = std::make_unique<testing::FakeSensor>();
+  parts.now = clock.now();
+  const auto pilot = std::make_shared<pilot::Pilot>(std::move(parts));
+  EXPECT_FALSE(pool.between_steps(pilot.get(), [] { FAIL() << "not served here"; }));
+  pool.add(pilot);
+  int deeds = 0;
+  for (std::uint64_t i = 1; i <= 50; ++i) {
+    pilot->intake().take_state(testing::hover_state("drone", 1, i, 50s + static_cast<std::int64_t>(i) * 20ms),
+                               clock.now());
+    EXPECT_TRUE(pool.between_steps(pilot.get(), [&] {
+      ++deeds;
+      EXPECT_FALSE(planning);
+      EXPECT_FALSE(pilot->save().empty());
+      EXPECT_FALSE(planning);
+    }));
+    std::this_thread::sleep_for(3ms);
+  }
+  EXPECT_EQ(deeds, 50);
+  EXPECT_GT(transport.command_count(), 2u) << "steps go on";
+  pool.remove(pilot.get());
+  EXPECT_FALSE(pool.between_steps(pilot.get(), [] { FAIL() << "served no more"; }));
+}
+
 TEST(ControlPool, SaysWhichCoreItDidNotGet) {
   const MonotonicClock clock;
   testing::FakeTransport transport;

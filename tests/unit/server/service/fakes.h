@@ -46,7 +46,24 @@ class FakeTransport final : public Transport {
     forgotten_.push_back(vehicle);
   }
 
+  bool tell(const protocol::PilotRecord& record) override {
+    {
+      const std::lock_guard lock(mutex_);
+      records_.push_back(record);
+    }
+    if (told) told(record);
+    return true;
+  }
+  std::function<void(const protocol::PilotRecord&)> told;  ///< the other server; set before any is told
+  Status follow(const std::string& vehicle, std::uint64_t, std::uint32_t) override {
+    const std::lock_guard lock(mutex_);
+    followed_.push_back(vehicle);
+    return {};
+  }
+
   std::vector<protocol::SessionReply> replies() const { return copy(replies_); }
+  std::vector<protocol::PilotRecord> records() const { return copy(records_); }
+  std::vector<std::string> followed() const { return copy(followed_); }
   std::vector<protocol::ThrustRateCommand> commands() const { return copy(commands_); }
   std::vector<protocol::Telemetry> telemetries() const { return copy(telemetries_); }
   std::vector<protocol::ServerStatus> statuses() const { return copy(statuses_); }
@@ -73,6 +90,8 @@ class FakeTransport final : public Transport {
   std::vector<protocol::Telemetry> telemetries_;
   std::vector<protocol::ServerStatus> statuses_;
   std::vector<std::string> forgotten_;
+  std::vector<std::string> followed_;
+  std::vector<protocol::PilotRecord> records_;
 };
 
 /// Fake planners and sensors for every session.
