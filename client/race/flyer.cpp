@@ -166,7 +166,7 @@ Result<Flight> ServerFlyer::fly(const Trial& trial, const std::atomic<bool>& can
     if (!report) return report.failure().within(trial.name() + ": ");
     // A state that was never answered was flown past on the last plan: no flight that could be repeated.
     const bool whole = report->late_ticks == 0 && report->doubtful_ticks == 0 && report->link.reconnects == 0 &&
-                       report->outcome != simulator::Outcome::kInterrupted &&
+                       report->link.take_overs == 0 && report->outcome != simulator::Outcome::kInterrupted &&
                        report->outcome != simulator::Outcome::kLinkLost;
     if (whole) {
       flight.end = Flight::End::kFlown;

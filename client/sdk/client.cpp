@@ -248,6 +248,8 @@ class DdsClient final : public Client, private dds::ClientHandler {
       statistics.commands = commands_;
       statistics.rejected = rejected_ + strangers_.load(std::memory_order_relaxed);
       statistics.reconnects = logic_.reconnects();
+      statistics.take_overs = logic_.take_overs();
+      statistics.longest_silence_s = seconds(logic_.longest_silence());
       statistics.packets_dropped = packets_dropped_.load(std::memory_order_relaxed);
       round_trips = round_trips_;
       solves = solves_;

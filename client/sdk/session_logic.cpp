@@ -78,6 +78,7 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, const dds::Part
 
 bool SessionLogic::on_state_sent(Stamp now) {
   if (!unanswered_since_) unanswered_since_ = now;
+  if (!silent_since_) silent_since_ = now;
   if (phase_ != Phase::kJoined || !spare_) return false;
   if (!silent(now, spare_->reply.server == session_.server ? kSilenceOfName : kSilence)) return false;
   adopt_spare(now);
@@ -97,6 +98,8 @@ SessionLogic::Heard SessionLogic::on_command(const protocol::ThrustRateCommand& 
   last_command_ = command.sequence;
   ear_.heard = now;
   unanswered_since_.reset();
+  if (silent_since_) longest_silence_ = std::max<std::chrono::nanoseconds>(longest_silence_, now - *silent_since_);
+  silent_since_.reset();
   return Heard::kNew;
 }
 

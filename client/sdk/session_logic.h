@@ -73,6 +73,8 @@ class SessionLogic {
   std::uint64_t reconnects() const noexcept { return reconnects_; }
   /// How often an heir went on with a session.
   std::uint64_t take_overs() const noexcept { return take_overs_; }
+  /// The longest time from a state that went out to the next command, of this session or the one after it.
+  std::chrono::nanoseconds longest_silence() const noexcept { return longest_silence_; }
 
   /// True when a request is to be sent now; counts as sent.
   bool request_due(Stamp now);
@@ -114,8 +116,10 @@ class SessionLogic {
   std::uint64_t reconnects_ = 0;
   std::uint64_t take_overs_ = 0;
   std::uint64_t last_command_ = 0;
-  std::optional<Stamp> next_request_;  // empty: at once
-  std::optional<Stamp> unanswered_since_;
+  std::optional<Stamp> next_request_;      // empty: at once
+  std::optional<Stamp> unanswered_since_;  // of this session
+  std::optional<Stamp> silent_since_;      // whatever became of the session
+  std::chrono::nanoseconds longest_silence_{0};
 };
 
 }  // namespace gatefield::sdk

@@ -316,6 +316,19 @@ TEST_F(Heir, GoesOnWithTheSessionWhenTheLeaderIsSilent) {
   EXPECT_EQ(logic_.reconnects(), 0u);
 }
 
+TEST_F(Heir, EndsTheSilenceThatIsTold) {
+  logic_.on_state_sent(10s + 10ms);
+  logic_.on_command(command(50, 401), kLeader, 10s + 20ms);
+  EXPECT_EQ(logic_.longest_silence(), 10ms);
+  for (const Stamp now : {10s + 30ms, 10s + 60ms, 10s + 90ms}) logic_.on_state_sent(now);
+  EXPECT_EQ(logic_.longest_silence(), 10ms) << "it is not over";
+  logic_.on_command(command(50, 3), kHeir, 10s + 95ms);
+  EXPECT_EQ(logic_.longest_silence(), 65ms) << "since the first state that nobody answered";
+  logic_.on_state_sent(20s);
+  logic_.on_command(command(50, 4), kHeir, 20s + 5ms);
+  EXPECT_EQ(logic_.longest_silence(), 65ms) << "a vehicle that says nothing waits for nothing";
+}
+
 TEST_F(Heir, ThatTookOverIsTheServerAndTheLeaderIsHeardNoMore) {
   logic_.on_command(command(50, 401), kHeir, 10s + 80ms);
   for (const Stamp now : {Stamp(10s + 81ms), Stamp(11s), Stamp(60s)}) {

@@ -62,11 +62,13 @@ struct LinkStatistics {
   std::uint64_t commands = 0;    ///< received and accepted
   std::uint64_t rejected = 0;    ///< failed validation, or of another session or participant
   std::uint64_t reconnects = 0;  ///< sessions adopted after the first
+  std::uint64_t take_overs = 0;  ///< times that a stand-by went on with a session
   /// From the network, that the DDS library must not read; the last second's may not be counted yet.
   std::uint64_t packets_dropped = 0;
   double round_trip_p50_s = 0.0;  ///< state sent to command received, by the client's clock; of the last 4096
   double round_trip_p99_s = 0.0;
-  double solve_p50_s = 0.0;  ///< the server's step that made the plan, as it says; of the last 4096
+  double longest_silence_s = 0.0;  ///< longest time from a state to the next command, whoever it came from
+  double solve_p50_s = 0.0;        ///< the server's step that made the plan, as it says; of the last 4096
   double solve_p99_s = 0.0;
 };
 
@@ -79,7 +81,7 @@ struct ProblemChange {
 
 /// The thin client: joins a session, sends state and depth, holds the newest plan, plays it out, and falls back by
 /// itself when the plan runs dry (level out, hold height, then descend). A server that dies and returns is joined again
-/// without a call.
+/// without a call; where it has a stand-by, that one goes on and the plan doesn't run dry.
 /// Thread-safe: all but play() and applied(), which one thread at a time may call, beside the others.
 /// Real-time safe: play() and applied() yes; problems(), problem_change() and newest() only wait for a copy that
 /// another thread makes; statistics() and session() allocate; the others make system calls.
