@@ -110,7 +110,7 @@ sdk::Fallback::Goal Manoeuvres::hold(const QuadrotorState& state, bool sinking, 
     goal.v_W.head<2>() = back_W;
   }
   if (sinking) {
-    goal.v_W.z() = -options_.descent_m_s * (1.0 - drift_W.norm() / KeepClear::kDrift_m_s);
+    goal.v_W.z() = -options_.descent_m_s * (1.0 - drift_W.norm() / sdk::KeepClear::kDrift_m_s);
     goal_z_m_ += goal.v_W.z() * dt_s;
   }
   goal.z_m = goal_z_m_;

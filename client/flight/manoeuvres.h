@@ -2,9 +2,9 @@
 
 #include <optional>
 
-#include "client/flight/keep_clear.h"
 #include "client/flight/supervisor.h"
 #include "client/sdk/fallback.h"
+#include "client/sdk/keep_clear.h"
 
 namespace gatefield::flight {
 
@@ -62,7 +62,7 @@ class Manoeuvres {
   SupervisorOptions options_;
   double mass_kg_;
   sdk::Fallback law_;
-  KeepClear clear_;
+  sdk::KeepClear clear_;
 
   std::optional<Directive> directive_;  // of the last step
   Stamp last_{0};

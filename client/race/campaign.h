@@ -16,6 +16,7 @@ struct Link {
   double each_way_ms = 0.0;
   double jitter_ms = 0.0;
   double loss = 0.0;
+  double outage_s = 0.0;
 };
 
 /// What somebody reached elsewhere in such a cell.

@@ -220,6 +220,7 @@ Status check_numbers(const CellSpec& spec, const Place& place) {
   if (auto status = check(place, "link", "link.each_way_ms", link.each_way_ms(), 0, 500, " ms"); !status) return status;
   if (auto status = check(place, "link", "link.jitter_ms", link.jitter_ms(), 0, 1000, " ms"); !status) return status;
   if (auto status = check(place, "link", "link.loss", link.loss(), 0, 0.9, ""); !status) return status;
+  if (auto status = check(place, "link", "link.outage_s", link.outage_s(), 0, 60, " s"); !status) return status;
   for (const PublishedSpec& published : spec.published())
     if (auto status = check(place, "published", "published.success_percent", published.success_percent(), 0, 100, " %");
         !status)
@@ -260,7 +261,7 @@ Result<Cell> to_cell(const fs::path& file, const CellSpec& spec, const Place& pl
   cell.perception = static_cast<Perception>(spec.perception());
   cell.beside = spec.beside();
   cell.rollouts = spec.rollouts();
-  cell.link = {spec.link().each_way_ms(), spec.link().jitter_ms(), spec.link().loss()};
+  cell.link = {spec.link().each_way_ms(), spec.link().jitter_ms(), spec.link().loss(), spec.link().outage_s()};
   cell.seeds = {spec.seeds().first(), spec.seeds().last()};
   cell.figure = spec.has_figure() ? spec.figure() : "success";
   cell.series = spec.has_series() ? spec.series() : cell.title;
@@ -368,6 +369,7 @@ Result<Campaign> single_cell_campaign(const SingleCell& asked) {
   cell->mutable_link()->set_each_way_ms(asked.link.each_way_ms);
   cell->mutable_link()->set_jitter_ms(asked.link.jitter_ms);
   cell->mutable_link()->set_loss(asked.link.loss);
+  cell->mutable_link()->set_outage_s(asked.link.outage_s);
   wanted.set_title(name + ", " + asked.profile);
   // Through the text, so that it is read and checked like any other.
   std::string text;

@@ -145,6 +145,7 @@ Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server,
       if (auto status = add_file(file, &print); !status) return status.failure();
   print.add(fmt::format("{} {:.17g} {:.17g} {:.17g}", cell.laps.value_or(0), cell.link.each_way_ms, cell.link.jitter_ms,
                         cell.link.loss));
+  if (cell.link.outage_s > 0) print.add(fmt::format("outage {:.17g}", cell.link.outage_s));
   if (planner_seed) print.add("planner seed " + std::to_string(*planner_seed));
   print.add(cell.profile);
   print.add(name(cell.perception));

@@ -37,6 +37,7 @@ Status save_campaign(const Campaign& campaign, const fs::path& folder) {
     if (cell.link.each_way_ms > 0) out->mutable_link()->set_each_way_ms(cell.link.each_way_ms);
     if (cell.link.jitter_ms > 0) out->mutable_link()->set_jitter_ms(cell.link.jitter_ms);
     if (cell.link.loss > 0) out->mutable_link()->set_loss(cell.link.loss);
+    if (cell.link.outage_s > 0) out->mutable_link()->set_outage_s(cell.link.outage_s);
     out->mutable_seeds()->set_first(cell.seeds.first);
     out->mutable_seeds()->set_last(cell.seeds.last);
     out->set_figure(cell.figure);

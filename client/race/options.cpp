@@ -171,6 +171,8 @@ void declare(CLI::App* app, Arguments* a) {
       ->capture_default_str();
   fly->add_option("--jitter-ms", a->link.jitter_ms, "And up to this much more")->capture_default_str();
   fly->add_option("--loss", a->link.loss, "Share of messages lost, each way")->capture_default_str();
+  fly->add_option("--outage-s", a->link.outage_s, "Once in each race nothing gets through for so long")
+      ->capture_default_str();
   declare_run(fly, a, true);
 
   CLI::App* merge = app->add_subcommand("merge", "Put the results of several machines into one folder, and report");

@@ -169,6 +169,7 @@ std::string reproduce_command(const Trial& trial) {
   if (cell.link.each_way_ms > 0) command += " --delay-ms " + brief(2.0 * cell.link.each_way_ms);
   if (cell.link.jitter_ms > 0) command += " --jitter-ms " + brief(cell.link.jitter_ms);
   if (cell.link.loss > 0) command += " --loss " + brief(cell.link.loss);
+  if (cell.link.outage_s > 0) command += " --outage-s " + brief(cell.link.outage_s);
   return command;
 }
 

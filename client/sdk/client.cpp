@@ -12,9 +12,11 @@
 
 #include "client/sdk/asked_history.h"
 #include "client/sdk/fallback.h"
+#include "client/sdk/keep_clear.h"
 #include "client/sdk/plan_player.h"
 #include "client/sdk/problem_watch.h"
 #include "client/sdk/session_logic.h"
+#include "client/sdk/silence.h"
 #include "common/base/mailbox.h"
 #include "common/base/statistics.h"
 #include "common/dds/client_endpoint.h"
@@ -27,8 +29,9 @@ using namespace std::chrono_literals;
 
 constexpr auto kResendState = 20ms;
 constexpr auto kResendDepth = 160ms;
-constexpr Stamp kMaxPeriod = 100ms;  // slower is no control any more
-constexpr auto kMaxRoundTrip = 60s;  // what the wire takes; a longer one is a pause, not a delay
+constexpr Stamp kMaxPeriod = 100ms;    // slower is no control any more
+constexpr double kGateMargin_m = 0.4;  // how well a gate's place is known; as SupervisorOptions::gate_margin_m
+constexpr auto kMaxRoundTrip = 60s;    // what the wire takes; a longer one is a pause, not a delay
 
 Stamp wall_now() { return MonotonicClock().now(); }
 
@@ -75,6 +78,8 @@ class DdsClient final : public Client, private dds::ClientHandler {
 
   Status join(const std::atomic<bool>* cancel) {
     if (auto good = protocol::validate(request(logic_.request())); !good) return good;
+    fallback_ = Fallback(options_.quadrotor, options_.actuation,
+                         KeepClear(options_.course, options_.quadrotor.collision_radius_m + kGateMargin_m));
     dds::TransportOptions transport;
     transport.network = options_.network;
     transport.on_packets_dropped = [this](const dds::DroppedPackets& dropped) {
@@ -214,13 +219,18 @@ class DdsClient final : public Client, private dds::ClientHandler {
   Setpoint play(Stamp now, const QuadrotorState& state, std::chrono::nanoseconds period) override {
     if (const protocol::ThrustRateCommand* command = play_box_.read()) {
       player_.take(*command);
+      silence_.heard(now);
+      gives_up_ = false;
       played_after_.store(std::clamp<Stamp>(now - command->answers_stamp, Stamp{0}, kMaxRoundTrip).count());
     }
-    if (const auto setpoint = player_.at(now, std::clamp<Stamp>(period, Stamp{0}, kMaxPeriod))) {
-      fallback_.reset();
-      return played(now, *setpoint);
-    }
-    return played(now, fallback_.update(now, state));
+    const auto setpoint = player_.at(now, std::clamp<Stamp>(period, Stamp{0}, kMaxPeriod));
+    // Of a link that is cut the rest of the plan is worth flying only where it leads through a gate: else that is the
+    // room to stop in. What has begun goes on until a command comes.
+    gives_up_ =
+        gives_up_ || !setpoint || (silence_.lasts(now) && fallback_.better_than_plan(state, player_.end() - now));
+    if (gives_up_) return played(now, fallback_.update(now, state));
+    fallback_.reset();
+    return played(now, *setpoint);
   }
 
   void applied(Stamp now, const std::optional<Setpoint>& setpoint) override {
@@ -452,6 +462,8 @@ class DdsClient final : public Client, private dds::ClientHandler {
   Mailbox<protocol::ThrustRateCommand> play_box_;
   PlanPlayer player_;
   Fallback fallback_;
+  Silence silence_;
+  bool gives_up_ = false;  // the plan, until the next one
   Stamp played_at_{-1};
   RateCommand played_ = RateCommand::Zero();
   AskedHistory asked_;  // written by play() and applied(), read by send_state()

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gatefield::sdk {
 namespace {
@@ -9,6 +10,8 @@ namespace {
 constexpr double kMaxClimb_m_s2 = 4.0;  // up and down
 constexpr double kMaxRate_rad_s = 6.0;  // asked for while levelling out
 constexpr double kThrustLag_s = 0.02;   // how fast the commanded thrust follows
+constexpr double kStopThrust = 0.7;     // of all thrust, while stopping: the rest turns the vehicle
+constexpr double kStopped_m_s = 1.0;    // slower than this it holds its place
 constexpr double kMixerShare = 0.1;     // of all thrust, what a flight controller's mixer needs to turn the vehicle
 
 // How fast the body rates follow, 1/s: by rotors through a torque that lags, or by a rate loop of its own lag.
@@ -33,6 +36,14 @@ Fallback::Fallback(const QuadrotorModel& model, const Actuation& actuation) : mo
   attitude_gain_s_ = rate_gain_s_ / 3.5;
   velocity_gain_s_ = std::min(2.0, attitude_gain_s_ / 3);
   height_gain_s2_ = velocity_gain_s_ * velocity_gain_s_ / 4;  // critically damped
+  const double up_m_s2 = kStopThrust * kRotors * model.thrust_max_n / model.mass_kg;
+  const double level_m_s2 = std::sqrt(std::max(0.0, up_m_s2 * up_m_s2 - kGravity_m_s2 * kGravity_m_s2));
+  stop_m_s2_ = std::clamp(level_m_s2, 0.5 * kMaxBrake_m_s2, kMaxStop_m_s2);
+}
+
+Fallback::Fallback(const QuadrotorModel& model, const Actuation& actuation, KeepClear clear)
+    : Fallback(model, actuation) {
+  clear_ = std::move(clear);
 }
 
 Eigen::Vector4d Fallback::mix(double collective_n, const Eigen::Vector3d& torque_B) const noexcept {
@@ -57,17 +68,42 @@ Setpoint Fallback::update(Stamp now, const QuadrotorState& state) noexcept {
     hold_z_m_ = state.p_WB.z();
   }
   const double sinking_s = std::max(0.0, seconds(now - *began_ - kHold));
-  Goal goal;
+  Goal goal = stopping(state);
   goal.z_m = hold_z_m_ - kDescent_m_s * sinking_s;
   goal.v_W.z() = sinking_s > 0 ? -kDescent_m_s : 0.0;
-  return toward(goal, state);
+  return fly(goal, state, stop_m_s2_);
+}
+
+/// Against the velocity, and around what lies ahead; from kStopped_m_s on out of a gate's space.
+Fallback::Goal Fallback::stopping(const QuadrotorState& state) const noexcept {
+  Goal goal;
+  const Eigen::Vector2d v_W = state.v_WB.head<2>();
+  if (v_W.norm() < kStopped_m_s) {
+    if (clear_) goal.v_W.head<2>() = clear_->drift(state.p_WB, false);
+    return goal;
+  }
+  const Eigen::Vector2d steer_W = clear_ ? clear_->steer(state.p_WB, state.v_WB) : Eigen::Vector2d::Zero();
+  const double left_m_s2 = std::sqrt(std::max(0.0, stop_m_s2_ * stop_m_s2_ - steer_W.squaredNorm()));
+  // Twice the gain of other manoeuvres: a little overshoot of the attitude costs less than the metre that it saves.
+  const double brake_m_s2 = std::min(left_m_s2, 2.0 * velocity_gain_s_ * v_W.norm());
+  goal.v_W.head<2>() = v_W;
+  goal.a_W.head<2>() = steer_W - brake_m_s2 * v_W.normalized();
+  return goal;
+}
+
+bool Fallback::better_than_plan(const QuadrotorState& state, std::chrono::nanoseconds left) const noexcept {
+  return clear_ && !clear_->passes(state.p_WB, state.v_WB, seconds(left));
 }
 
 Setpoint Fallback::toward(const Goal& goal, const QuadrotorState& state) const noexcept {
+  return fly(goal, state, kMaxBrake_m_s2);
+}
+
+Setpoint Fallback::fly(const Goal& goal, const QuadrotorState& state, double limit_m_s2) const noexcept {
   Eigen::Vector3d a_W = velocity_gain_s_ * (goal.v_W - state.v_WB) + goal.a_W;
   a_W.z() += height_gain_s2_ * (goal.z_m - state.p_WB.z());
   a_W.z() = std::clamp(a_W.z(), -kMaxClimb_m_s2, kMaxClimb_m_s2);
-  if (const double brake = a_W.head<2>().norm(); brake > kMaxBrake_m_s2) a_W.head<2>() *= kMaxBrake_m_s2 / brake;
+  if (const double brake = a_W.head<2>().norm(); brake > limit_m_s2) a_W.head<2>() *= limit_m_s2 / brake;
 
   // Drag helps to brake; only along z it would take height away.
   const Eigen::Matrix3d R_WB = state.q_WB.normalized().toRotationMatrix();

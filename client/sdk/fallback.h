@@ -3,15 +3,17 @@
 #include <Eigen/Dense>
 #include <optional>
 
+#include "client/sdk/keep_clear.h"
 #include "common/vehicle/actuation.h"
 #include "common/vehicle/quadrotor.h"
 #include "gatefield/sdk/client.h"
 
 namespace gatefield::sdk {
 
-/// What the vehicle does by itself when the plan has run out: level out, brake and hold the height for kHold, then
-/// descend at kDescent_m_s until it is told otherwise (the ground included: whoever owns the motors switches them off
-/// there).
+/// What the vehicle does by itself when the plan has run out: brake as hard as it can and still turn, hold the height for
+/// kHold, then descend at kDescent_m_s until it is told otherwise (the ground included: whoever owns the motors switches
+/// them off there). Where it was told of the course, it steers around frames that lie ahead while it brakes, and drifts
+/// out of a gate's space afterwards (KeepClear): by where gates are nominally, since it sees nothing.
 ///
 /// A cascade, each stage at most a third as fast as the one it drives, so that slow rotors get slow gains:
 ///   acceleration  a_xy = k_v (v* - v)_xy, |a_xy| <= kMaxBrake; a_z = k_v (vz* - vz) + k_p (z* - z), limited
@@ -37,6 +39,8 @@ class Fallback {
 
   /// @pre validate(model).ok() && validate(actuation).ok()
   explicit Fallback(const QuadrotorModel& model, const Actuation& actuation = {});
+  /// @param clear  of the gates
+  Fallback(const QuadrotorModel& model, const Actuation& actuation, KeepClear clear);
 
   /// Where the law flies to: a velocity, and a height that moves along with its z.
   struct Goal {
@@ -52,7 +56,8 @@ class Fallback {
   Setpoint push(const Eigen::Vector3d& f_W, const QuadrotorState& state) const noexcept;
   /// Gain of the velocity in toward(), 1/s.
   double velocity_gain_s() const noexcept { return velocity_gain_s_; }
-  static constexpr double kMaxBrake_m_s2 = 5.0;  ///< 27 deg of tilt
+  static constexpr double kMaxBrake_m_s2 = 5.0;  ///< of toward(), 27 deg of tilt
+  static constexpr double kMaxStop_m_s2 = 12.0;  ///< of update(), 51 deg of tilt; less by the vehicle's thrust
 
   /// A plan is flown: the next update() begins anew.
   void reset() noexcept { began_.reset(); }
@@ -61,7 +66,13 @@ class Fallback {
   /// @param state  with thrust_command_n as what the rotors are asked for now (not read when driven by body rates)
   Setpoint update(Stamp now, const QuadrotorState& state) noexcept;
 
+  /// Whether to begin now or to fly a plan to its end, which covers `left` more: that goes through a gate before
+  /// anybody could have stopped.
+  bool better_than_plan(const QuadrotorState& state, std::chrono::nanoseconds left) const noexcept;
+
  private:
+  Goal stopping(const QuadrotorState& state) const noexcept;
+  Setpoint fly(const Goal& goal, const QuadrotorState& state, double limit_m_s2) const noexcept;
   /// The part of the setpoint that the vehicle takes.
   Setpoint by_rotors(const QuadrotorState& state, double collective_n, const Eigen::Vector3d& w_goal_B) const noexcept;
   Setpoint by_rates(double collective_n, const Eigen::Vector3d& w_goal_B) const noexcept;
@@ -71,6 +82,8 @@ class Fallback {
   Actuation::Kind kind_;
   Eigen::Matrix4d thrust_from_wrench_;  // (collective, torque_B) -> rotor thrusts
   double rate_gain_s_, attitude_gain_s_, velocity_gain_s_, height_gain_s2_;
+  double stop_m_s2_;  // level
+  std::optional<KeepClear> clear_;
   std::optional<Stamp> began_;
   double hold_z_m_ = 0.0;
 };

@@ -32,6 +32,9 @@ class PlanPlayer {
   /// @pre period >= 0
   std::optional<Setpoint> at(Stamp now, Stamp period) const noexcept;
 
+  /// When the newest plan is over; 0 when there was none.
+  Stamp end() const noexcept { return plans_[newest_].end; }
+
  private:
   struct Plan {
     Stamp start{0};

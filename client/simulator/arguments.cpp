@@ -131,6 +131,10 @@ void declare(CLI::App* app, Arguments* a) {
   app->add_option("--loss", a->loss, "Lockstep: share of messages that are lost, each way")
       ->check(CLI::Range(0.0, 0.9))
       ->group("Time");
+  app->add_option("--outage-s", a->outage_s,
+                  "Lockstep: for so long nothing gets through, beginning 2 to 8 s after the start, as the seed says")
+      ->check(CLI::Range(0.0, 60.0))
+      ->group("Time");
   app->add_option("--state-rate", a->state_rate_hz, "Real time: states sent per second")
       ->check(CLI::Range(10.0, 1000.0))
       ->capture_default_str()
@@ -247,6 +251,7 @@ Options race_options(const Arguments& a) {
   options.link_delay = from_seconds(1e-3 * a.delay_ms);
   options.link_jitter = from_seconds(1e-3 * a.jitter_ms);
   options.link_loss = a.loss;
+  options.link_outage = from_seconds(a.outage_s);
   options.state_rate_hz = a.state_rate_hz;
   options.depth_in_counts = !a.depth_metres;
   if (a.flight_controller == "betaflight") {

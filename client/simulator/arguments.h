@@ -28,7 +28,7 @@ struct Arguments {
   std::uint32_t domain = 0;
   dds::NetworkOptions network;
   bool lockstep = false, real_time = false, depth_metres = false, quiet = false;
-  double delay_ms = 0.0, jitter_ms = 0.0, loss = 0.0;
+  double delay_ms = 0.0, jitter_ms = 0.0, loss = 0.0, outage_s = 0.0;
   double state_rate_hz = 200.0;
   std::string flight_controller, firmware_address;  ///< an empty address: the firmware's usual one
   std::string firmware_setpoints;                   ///< empty: on the bus; with a board, beside its sensors

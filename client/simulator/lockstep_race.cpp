@@ -16,7 +16,12 @@ class LockstepRace {
   LockstepRace(const RaceParts& race, Report* report)
       : race_(race),
         report_(*report),
-        link_({race.options.link_delay, race.options.link_jitter, race.options.link_loss}, race.scenario.seed) {}
+        link_({race.options.link_delay, race.options.link_jitter, race.options.link_loss,
+               kLockstepEpoch + SimulatedLink::outage_begin(race.scenario.seed), race.options.link_outage},
+              race.scenario.seed) {
+    if (race.options.link_outage > Stamp{0})
+      report->link_out_at_s = seconds(SimulatedLink::outage_begin(race.scenario.seed));
+  }
 
   void run() {
     make_ready(race_, [] {});

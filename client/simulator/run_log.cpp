@@ -72,6 +72,7 @@ std::string summarize(const Report& report) {
   }
   if (report.link.packets_dropped > 0)
     add(&out, "Network       {} packets dropped that no DDS participant sends\n", report.link.packets_dropped);
+  if (report.link_out_at_s) add(&out, "Link out      from {:.2f} s on\n", *report.link_out_at_s);
   if (report.link.take_overs > 0)
     add(&out, "Taken over    {} times, {:.0f} ms without a command at the longest\n", report.link.take_overs,
         1e3 * report.link.longest_silence_s);

@@ -62,6 +62,7 @@ struct Report {
   int contacts = 0;          ///< 0 or 1: the first contact ends the race
   double fallback_s = 0.0;   ///< time flown without a valid plan
   sdk::LinkStatistics link;
+  std::optional<double> link_out_at_s;  ///< lockstep: when the outage that was asked for begins
   double control_period_s = 0.0;
 
   std::uint64_t control_ticks = 0;  ///< control periods flown

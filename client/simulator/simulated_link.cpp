@@ -10,6 +10,12 @@ namespace gatefield::simulator {
 SimulatedLink::SimulatedLink(const Options& options, std::uint64_t seed)
     : options_(options), random_(seed, Stream("gatefield.link")) {}
 
+Stamp SimulatedLink::outage_begin(std::uint64_t seed) {
+  Random random(seed, Stream("gatefield.outage"));
+  const double share = random.uniform();
+  return kFirstOutage + from_seconds(share * seconds(kLastOutage - kFirstOutage));
+}
+
 void SimulatedLink::begin(const QuadrotorState& estimate) {
   past_.assign(static_cast<std::size_t>(options_.delay / Plant::kStep) + 1, estimate);
 }
@@ -28,12 +34,14 @@ SimulatedLink::Passage SimulatedLink::pass(int ways) {
 
 void SimulatedLink::send_state(Stamp now) {
   const Passage passage = pass(2);
-  if (!passage.lost) states_.push_back({now + passage.jitter, {now - options_.delay, past_.front()}});
+  if (!passage.lost && !cut(now - options_.delay, now + passage.jitter))
+    states_.push_back({now + passage.jitter, {now - options_.delay, past_.front()}});
 }
 
 void SimulatedLink::send_frame(Stamp now, const scene::DepthImage& metres, const std::vector<std::uint16_t>& counts) {
   const Passage passage = pass(1);
-  if (!passage.lost) frames_.push_back({now + options_.delay + passage.jitter, {now, metres, counts}});
+  const Stamp arrival = now + options_.delay + passage.jitter;
+  if (!passage.lost && !cut(now, arrival)) frames_.push_back({arrival, {now, metres, counts}});
 }
 
 std::optional<SimulatedLink::State> SimulatedLink::take_state(Stamp now) {

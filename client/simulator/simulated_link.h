@@ -18,14 +18,16 @@ namespace gatefield::simulator {
 /// Each state (with its answer) and each frame is late by the delay and by a jitter, uniform and in whole milliseconds;
 /// what a newer one of its kind has overtaken is lost. A message is lost with the given probability each way: a state
 /// on its way there, its answer on the way back, a frame. The draws of a message do not depend on what becomes of it,
-/// so that the next one's are the same in any case. Same seed and sequence of calls, same link. Thread-safe: no.
-/// Real-time safe: no.
+/// so that the next one's are the same in any case. Same seed and sequence of calls, same link. During an outage nothing
+/// gets through, nor does what was on its way when it began. Thread-safe: no.   Real-time safe: no.
 class SimulatedLink {
  public:
   struct Options {
     Stamp delay{0};
     Stamp jitter{0};
     double loss = 0.0;  ///< each way
+    Stamp outage_begin{0};
+    Stamp outage{0};  ///< for so long; 0: none
   };
   struct State {
     Stamp stamp{0};
@@ -38,6 +40,10 @@ class SimulatedLink {
   };
 
   SimulatedLink(const Options& options, std::uint64_t seed);
+
+  /// Of a race with this seed, since the race began: between kFirstOutage and kLastOutage, uniform.
+  static Stamp outage_begin(std::uint64_t seed);
+  static constexpr Stamp kFirstOutage = std::chrono::seconds(2), kLastOutage = std::chrono::seconds(8);
 
   /// What the vehicle took itself for at all times before the race.
   void begin(const QuadrotorState& estimate);
@@ -65,6 +71,9 @@ class SimulatedLink {
     Message message;
   };
   Passage pass(int ways);
+  bool cut(Stamp from, Stamp until) const noexcept {
+    return until >= options_.outage_begin && from < options_.outage_begin + options_.outage;
+  }
 
   Options options_;
   Random random_;

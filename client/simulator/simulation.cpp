@@ -56,9 +56,11 @@ Status validate(const Options& options) {
       return Error::invalid(field, text(1e3 * seconds(value)) + " ms", "0 to 1000 ms");
   if (!(options.link_loss >= 0 && options.link_loss <= 0.9))
     return Error::invalid("link_loss", text(options.link_loss), "0 to 0.9 of the messages");
-  if (options.timing == Timing::kRealTime &&
-      (options.link_delay > Stamp{0} || options.link_jitter > Stamp{0} || options.link_loss > 0))
-    return Error{"a link's delay, jitter and loss are only simulated in lockstep, expected none in real time",
+  if (options.link_outage < Stamp{0} || options.link_outage > std::chrono::seconds(60))
+    return Error::invalid("link_outage", text(seconds(options.link_outage)) + " s", "0 to 60 s");
+  if (options.timing == Timing::kRealTime && (options.link_delay > Stamp{0} || options.link_jitter > Stamp{0} ||
+                                              options.link_loss > 0 || options.link_outage > Stamp{0}))
+    return Error{"a link's delay, jitter, loss and outage are only simulated in lockstep, expected none in real time",
                  ErrorCode::kInvalid, "timing"};
   if (!(options.state_rate_hz >= 10 && options.state_rate_hz <= 1000))
     return Error::invalid("state_rate_hz", text(options.state_rate_hz) + " Hz", "10 to 1000 Hz");

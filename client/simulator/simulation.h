@@ -25,6 +25,8 @@ struct Options {
   Stamp link_jitter{0};
   /// Lockstep: probability that a message is lost: a state on its way there, its answer on the way back, a frame.
   double link_loss = 0.0;
+  /// Lockstep: for so long nothing gets through, beginning when the seed says (SimulatedLink::outage_begin()).
+  Stamp link_outage{0};
   /// Real time: how often the state is sent, 10 to 1000 Hz (rounded to whole milliseconds).
   double state_rate_hz = 200.0;
   bool depth_in_counts = true;  ///< 16 bits, of the camera's metres_per_count; else 32-bit metres

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <array>
 
-#include "common/dds/packet_fields.h"
+#include "common/dds/announcements.h"
 
 namespace gatefield::dds {
 namespace {
 
-// Writers of discovery (DDSI-RTPS 9.3.1.5).
-constexpr std::uint32_t kAnnouncements = 0x000100c2;
+// Other writers of discovery (DDSI-RTPS 9.3.1.5).
 constexpr std::array<std::uint32_t, 3> kOpenDiscovery{0x000003c2, 0x000004c2, 0x000200c2};
 // What an encrypted submessage begins and ends with (DDS security 9.5.2): of the first the key's number, of the last
 // the proofs, each a key's number and a code, behind a code for everybody.
@@ -51,28 +50,6 @@ class Triple {
   std::uint8_t next_ = kSecPrefix;
   bool shared_ = false;
 };
-
-struct Data {
-  std::uint32_t writer = 0;
-  bool ends = false;  ///< of the instance
-  Bytes payload;
-};
-/// @pre check_packet() has passed it
-Data read_data(const Submessage& submessage) noexcept {
-  Data data;
-  Fields fields = submessage.fields();
-  fields.skip(2);
-  const std::uint16_t to_inline_qos = fields.u16();
-  data.writer = entity_at(submessage.body, 8);
-  fields.skip(to_inline_qos);
-  if ((submessage.flags & kInlineQos) != 0)
-    skip_parameters(&fields, [&](std::uint16_t id, Bytes value) {
-      data.ends |= id == kStatusInfo && value.size() >= 4 && (value[3] & kDisposedOrUnregistered) != 0;
-    });
-  data.ends |= (submessage.flags & kDataFlag) == 0;
-  data.payload = fields.rest();
-  return data;
-}
 
 /// An announcement is of whose datagram it is in: the library goes by what it says itself.
 bool is_of(const ParticipantId& who, Bytes words) noexcept {
@@ -123,7 +100,7 @@ ClosedDomain::Verdict ClosedDomain::check(Bytes datagram, Stamp now) {
   std::size_t at = kHeader_bytes;
   while (at < datagram.size()) {
     Submessage next;
-    const auto wrong = [&next](PacketFault fault) { return Verdict{fault, next.id, false}; };
+    const auto wrong = [&next](PacketFault fault) { return Verdict{fault, next.id}; };
     if (!read_submessage(datagram, &at, &next)) return wrong(PacketFault::kCut);
     if (encrypted.open() || next.id == kSecPrefix) {
       if (!encrypted.take(next)) return wrong(PacketFault::kUnprotected);
@@ -143,8 +120,7 @@ ClosedDomain::Verdict ClosedDomain::check(Bytes datagram, Stamp now) {
       case kData: {
         const Data data = read_data(next);
         if (data.writer == kAnnouncements) {
-          if (data.ends) return {PacketFault::kNone, 0, true};
-          if (!is_of(who, data.payload)) return wrong(PacketFault::kAnnouncement);
+          if (data.ends || !is_of(who, data.payload)) return wrong(PacketFault::kAnnouncement);
           if (const auto fault = announced(who, data.payload, now); fault != PacketFault::kNone) return wrong(fault);
         } else if (data.writer != kHandshakes || data.ends) {  // check_packet() has read a handshake
           return wrong(PacketFault::kUnprotected);
@@ -155,7 +131,7 @@ ClosedDomain::Verdict ClosedDomain::check(Bytes datagram, Stamp now) {
         return wrong(PacketFault::kUnprotected);
     }
   }
-  return encrypted.open() ? Verdict{PacketFault::kUnprotected, kSecPrefix, false} : Verdict{};
+  return encrypted.open() ? Verdict{PacketFault::kUnprotected, kSecPrefix} : Verdict{};
 }
 
 }  // namespace gatefield::dds

@@ -29,9 +29,8 @@ class ClosedDomain {
   struct Verdict {
     PacketFault fault = PacketFault::kNone;
     std::uint8_t submessage = 0;  ///< id of the one at fault
-    bool goodbye = false;         ///< a participant's own, or forged: to be left out without a word
   };
-  /// @param datagram  one that check_packet() has passed
+  /// @param datagram  one that check_packet() has passed, and no goodbye (says_goodbye())
   Verdict check(std::span<const std::uint8_t> datagram, Stamp now);
 
  private:

@@ -12,6 +12,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/rate_limiter.h"
+#include "common/dds/announcements.h"
 #include "common/dds/closed_domain.h"
 #include "common/dds/packet_fields.h"
 
@@ -102,9 +103,11 @@ class GuardedTransport final : public rtps::ChainingTransport {
       verdict.fault = PacketFault::kStranger;
       return drops_->count(verdict, remote);
     }
+    // Anybody may say so in a participant's name, and Fast DDS 2.9.1 aborts when its timer for the participant's lease
+    // comes up at that moment. Who leaves withdraws what he said; the lease does the rest.
+    if (says_goodbye({buffer, verdict.size})) return;
     if (closed_) {
       const ClosedDomain::Verdict closed = closed_->check({buffer, verdict.size}, MonotonicClock().now());
-      if (closed.goodbye) return;
       verdict.fault = closed.fault;
       verdict.submessage = closed.submessage;
       if (verdict.fault != PacketFault::kNone) return drops_->count(verdict, remote);

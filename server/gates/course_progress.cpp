@@ -38,6 +38,11 @@ void CourseProgress::resume(std::uint32_t waypoint, std::uint32_t lap) noexcept 
   at_.resumed = waypoint != 0 || lap != 0;  // at its very beginning, nothing was passed before
 }
 
+void CourseProgress::away() noexcept {
+  at_.has_previous = false;
+  at_.resumed = true;
+}
+
 bool CourseProgress::restore(const State& state) noexcept {
   if (!has(state.target, state.lap)) return false;
   at_ = state;

@@ -28,6 +28,9 @@ class CourseProgress {
   /// begin_elsewhere().
   void resume(std::uint32_t waypoint, std::uint32_t lap) noexcept;
 
+  /// The vehicle was not heard of for a while, and may have passed the target meanwhile: found out as after resume().
+  void away() noexcept;
+
   /// The next position has nothing to do with those before it: nothing is crossed on the way there.
   void begin_elsewhere() noexcept { at_.has_previous = false; }
 

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kBraking_m_s2 = 8.0;  // behind the last gate
 constexpr double kMaxAge_s = 1e9;      // that a command may tell
+// Without a state for longer than this a straight line says little of where the vehicle came through.
+constexpr std::chrono::milliseconds kAway{300};
 
 double finite_or(double value, double otherwise) noexcept { return std::isfinite(value) ? value : otherwise; }
 
@@ -100,6 +102,7 @@ void Stepping::take_in(const StateSample& sample) noexcept {
     state_.measured_stamp = Stamp{-1};
     progress_.begin_elsewhere();
   }
+  if (state_.have_rotors && sample.stamp - state_.rotors_stamp > kAway) progress_.away();
   if (by_rates())
     state_.inputs.tell(state_.have_rotors ? state_.rotors_stamp : sample.stamp, sample.stamp, sample.asked);
   if (sample.thrust_known && !by_rates()) {

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <atomic>
@@ -30,8 +31,14 @@ using ::testing::HasSubstr;
 /// A vehicle that hovers before a gate that it never shows: states at 100 Hz, no frames.
 class Hoverer {
  public:
-  explicit Hoverer(const std::string& name, std::chrono::milliseconds patience)
-      : thread_([this, name, patience] { fly(name, patience); }) {}
+  /// @param patience   with which it asks the first time; then it goes on asking for as long as it lives
+  /// @param far_away   takes only what others leave of the processor, as if it had one of its own
+  explicit Hoverer(const std::string& name, std::chrono::milliseconds patience, bool far_away = false)
+      : thread_([this, name, patience, far_away] {
+          const sched_param none{};
+          if (far_away) sched_setscheduler(0, SCHED_IDLE, &none);  // and all threads that this one makes
+          fly(name, patience);
+        }) {}
   ~Hoverer() {
     stop_ = true;
     thread_.join();
@@ -65,6 +72,7 @@ class Hoverer {
         const std::lock_guard lock(mutex_);
         words_ = client.error();
         told_ = told_ || client.failure().code == ErrorCode::kBusyServer;
+        options.connect_timeout = 1h;
         continue;
       }
       hover(client.value().get());
@@ -148,8 +156,8 @@ TEST(Crowd, TwoServersShareTheVehiclesAndStandInForEachOther) {
   EXPECT_TRUE(wait_until([&] { return of("second") == 4; })) << second.output();
 }
 
-// GATEFIELD_CROWD_RACES sets how many races are flown in the crowd; 10 take about twenty minutes. The crowd and the
-// racer run on the server's cores.
+// GATEFIELD_CROWD_RACES sets how many races are flown in the crowd; 10 take about ten minutes. The crowd runs on the
+// server's cores, and takes what server and racer leave of them: the discovery of 65 participants alone would fill two.
 class CrowdedRaces : public ::testing::Test {
  protected:
   std::string page(const std::string& said) const {
@@ -172,8 +180,10 @@ TEST_F(CrowdedRaces, ARacerWinsAndWhoIsAdmittedIsInTime) {
       programs.server("server.log", {"--max-vehicles", "64", "--max-priority", "9", "--metrics", "127.0.0.1:0"});
   ASSERT_TRUE(server.wait_for_output("ready: server", 60s)) << server.output();
   Crowd crowd;
-  for (int i = 0; i < 64; ++i) crowd.push_back(std::make_unique<Hoverer>("drone-" + std::to_string(i), 20s));
-  std::this_thread::sleep_for(30s);  // until all were answered and the server has found its measure
+  for (int i = 0; i < 64; ++i) crowd.push_back(std::make_unique<Hoverer>("drone-" + std::to_string(i), 20s, true));
+  const auto answered = [&] { return count(crowd, [](const Hoverer& one) { return one.told() || flies(one); }) == 64; };
+  wait_until(answered, 180s);
+  std::this_thread::sleep_for(30s);  // until the server has found its measure
   int won = 0;
   double ticks = 0.0, late = 0.0;
   for (int i = 0; i < races; ++i) {

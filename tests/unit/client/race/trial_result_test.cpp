@@ -46,11 +46,11 @@ TEST(Flights, AreTheSameOnlyBitForBit) {
 TEST(Reproduction, NamesAllThatTheTrialNeeds) {
   const Campaign campaign = campaign_of(R"(
     cell { name: "a" scenario: "circle" laps: 2 speed_m_s: 6.5 profile: "paper" seeds { first: 1 last: 1 }
-           link { each_way_ms: 25 jitter_ms: 4 loss: 0.05 } })");
+           link { each_way_ms: 25 jitter_ms: 4 loss: 0.05 outage_s: 1.5 } })");
   EXPECT_EQ(
       reproduce_command({&campaign.cells[0], 6.5, 42}),
       "gatefield-sim --lockstep --scenario cells/a.txt --seed 42 --speed 6.5 --profile paper --laps 2 --delay-ms 50 "
-      "--jitter-ms 4 --loss 0.05");
+      "--jitter-ms 4 --loss 0.05 --outage-s 1.5");
 }
 
 }  // namespace

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <set>
+#include <utility>
+#include <vector>
+
 #include "client/simulator/plant.h"
 
 namespace gatefield::simulator {
@@ -93,6 +98,36 @@ TEST(SimulatedLink, LossTakesAStateOnBothWaysAndAFrameOnOne) {
   }
   EXPECT_NEAR(states, 0.49 * kSent, 0.03 * kSent);
   EXPECT_NEAR(frames, 0.7 * kSent, 0.03 * kSent);
+}
+
+TEST(SimulatedLink, NothingGetsThroughDuringAnOutage) {
+  SimulatedLink link({.delay = 20ms, .outage_begin = 10s + 100ms, .outage = 300ms}, 5);
+  link.begin(at(0));
+  std::vector<Stamp> states, frames;
+  for (Stamp now = 10s; now < 11s; now += 10ms) {
+    link.send_state(now);
+    link.send_frame(now, {}, {});
+    if (const auto state = link.take_state(now)) states.push_back(state->stamp);
+    while (const auto frame = link.take_frame(now)) frames.push_back(frame->stamp);
+  }
+  const auto silent = [](const std::vector<Stamp>& stamps) {
+    const auto gap = std::adjacent_find(stamps.begin(), stamps.end(), [](Stamp a, Stamp b) { return b - a > 10ms; });
+    return gap == stamps.end() ? std::pair(Stamp{0}, Stamp{0}) : std::pair(*gap, *(gap + 1));
+  };
+  EXPECT_EQ(silent(states), std::pair(Stamp(10s + 70ms), Stamp(10s + 400ms))) << "what was on its way is lost, too";
+  EXPECT_EQ(silent(frames), std::pair(Stamp(10s + 70ms), Stamp(10s + 400ms)));
+}
+
+TEST(SimulatedLink, OutagesBeginWhereTheSeedSays) {
+  EXPECT_EQ(SimulatedLink::outage_begin(7), SimulatedLink::outage_begin(7));
+  std::set<Stamp> begins;
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    const Stamp begin = SimulatedLink::outage_begin(seed);
+    EXPECT_GE(begin, SimulatedLink::kFirstOutage);
+    EXPECT_LE(begin, SimulatedLink::kLastOutage);
+    begins.insert(begin);
+  }
+  EXPECT_GT(begins.size(), 45u);
 }
 
 }  // namespace

@@ -161,6 +161,21 @@ TEST(CourseProgress, AGateCoastedThroughWhileNobodyPlannedCountsAfterResuming) {
   EXPECT_FALSE(counts(2, 1, {2.0, -1.0, 1.2})) << "elsewhere";
 }
 
+TEST(CourseProgress, AGateThatWasPassedWhileNobodyHeardOfTheVehicleCounts) {
+  CourseProgress progress(square_course(3));
+  const GateBelief first = progress.nominal(0);  // at (6, 0), passed along y
+  EXPECT_FALSE(progress.update({6.0, -2.0, 1.2}, first));
+  progress.away();
+  EXPECT_FALSE(progress.update({5.0, 2.5, 1.2}, first)) << "a straight line would lead past the opening";
+  EXPECT_TRUE(progress.update({5.0, 2.5, 1.2}, first));
+  EXPECT_EQ(progress.target(), 1u);
+
+  progress.away();
+  EXPECT_FALSE(progress.update({1.0, 5.8, 1.2}, progress.nominal(1)));
+  EXPECT_FALSE(progress.update({1.0, 5.8, 1.2}, progress.nominal(1))) << "before it still";
+  EXPECT_EQ(progress.target(), 1u);
+}
+
 TEST(CourseProgress, AFirstStateThatTheNextOnesContradictCountsNothing) {
   CourseProgress progress(square_course(3));
   progress.resume(2, 1);

@@ -1,9 +1,9 @@
-#include "client/flight/keep_clear.h"
+#include "client/sdk/keep_clear.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace gatefield::flight {
+namespace gatefield::sdk {
 
 KeepClear::KeepClear(const Course& course, double margin_m) : margin_m_(margin_m) {
   gates_.reserve(gate_count(course));
@@ -54,4 +54,17 @@ Eigen::Vector2d KeepClear::steer(const Eigen::Vector3d& p_W, const Eigen::Vector
   return nearest;
 }
 
-}  // namespace gatefield::flight
+bool KeepClear::passes(const Eigen::Vector3d& p_W, const Eigen::Vector3d& v_W, double time_s) const noexcept {
+  return std::any_of(gates_.begin(), gates_.end(), [&](const Gate& gate) {
+    const Eigen::Vector3d p_G = gate.X_GW * p_W;
+    const Eigen::Vector3d v_G = gate.X_GW.linear() * v_W;
+    const bool here = std::abs(p_G.x()) < margin_m_;
+    const double t_s = here ? 0.0 : -p_G.x() / v_G.x();
+    if (!(t_s >= 0 && t_s <= time_s)) return false;
+    const Eigen::Vector3d crossing_G = p_G + t_s * v_G;
+    const double reach_m = gate.outer_m + margin_m_;
+    return std::abs(crossing_G.y()) < reach_m && std::abs(crossing_G.z()) < reach_m;
+  });
+}
+
+}  // namespace gatefield::sdk

@@ -5,16 +5,18 @@
 
 #include "common/course/course.h"
 
-namespace gatefield::flight {
+namespace gatefield::sdk {
 
 /// Keeps a vehicle that flies by itself clear of the gates it knows: the course's, where they are nominally. The margin
 /// stands for the vehicle's radius and for how far a gate may be from there.
 ///
-/// Two things are said, both level and of a bounded size; who flies adds them to what it does otherwise:
+/// Two things are said, both level and of a bounded size; who flies adds them to what it does otherwise. A third says
+/// when braking is no way out:
 ///   - drift(): slowly out of the space before, in and behind a gate, along its axis. Needed before hovering and
 ///     descending: a frame is below whoever hovers in or above it.
 ///   - steer(): at speed, sideways away from a frame that lies where the velocity leads, into the opening or around the
 ///     gate, whichever is nearer. Enough for d = a t^2 / 2; what is too near for that is hit.
+///   - passes(): a gate is so near that whoever has a plan through it does better to fly it.
 /// Thread-safe: yes (const).   Real-time safe: yes (the constructor allocates).
 class KeepClear {
  public:
@@ -31,6 +33,10 @@ class KeepClear {
   /// Acceleration across the velocity, W, m/s^2; zero where the way is free.
   Eigen::Vector2d steer(const Eigen::Vector3d& p_W, const Eigen::Vector3d& v_W) const noexcept;
 
+  /// Whether a gate's plane is crossed within `time_s`, at or near its opening, by who goes straight on; or is being
+  /// crossed now.
+  bool passes(const Eigen::Vector3d& p_W, const Eigen::Vector3d& v_W, double time_s) const noexcept;
+
  private:
   struct Gate {
     Eigen::Isometry3d X_GW;
@@ -41,4 +47,4 @@ class KeepClear {
   double margin_m_;
 };
 
-}  // namespace gatefield::flight
+}  // namespace gatefield::sdk

@@ -1,8 +1,8 @@
-#include "client/flight/keep_clear.h"
+#include "client/sdk/keep_clear.h"
 
 #include <gtest/gtest.h>
 
-namespace gatefield::flight {
+namespace gatefield::sdk {
 namespace {
 
 constexpr double kMargin_m = 0.5;
@@ -68,4 +68,4 @@ TEST(KeepClear, SteersForWhatLiesAheadOnly) {
 }
 
 }  // namespace
-}  // namespace gatefield::flight
+}  // namespace gatefield::sdk
