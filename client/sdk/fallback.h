@@ -72,6 +72,8 @@ class Fallback {
 
  private:
   Goal stopping(const QuadrotorState& state) const noexcept;
+  /// How long it takes to stop, as a way at this speed, s.
+  double stop_s(const QuadrotorState& state) const noexcept;
   Setpoint fly(const Goal& goal, const QuadrotorState& state, double limit_m_s2) const noexcept;
   /// The part of the setpoint that the vehicle takes.
   Setpoint by_rotors(const QuadrotorState& state, double collective_n, const Eigen::Vector3d& w_goal_B) const noexcept;

@@ -76,7 +76,9 @@ std::string summarize(const Report& report) {
   if (report.link.take_overs > 0)
     add(&out, "Taken over    {} times, {:.0f} ms without a command at the longest\n", report.link.take_overs,
         1e3 * report.link.longest_silence_s);
-  if (report.link.reconnects > 0) add(&out, "Reconnected   {} times\n", report.link.reconnects);
+  if (report.link.reconnects > 0)
+    add(&out, "Reconnected   {} times, {:.0f} ms without a command at the longest\n", report.link.reconnects,
+        1e3 * report.link.longest_silence_s);
   return out;
 }
 

@@ -121,6 +121,11 @@ def server_status():
     return Cdr().u32(2).text("planner-1").f64(1.25).u32(3).u8(1).text("avx2").u64(0xFEDCBA9876543210)
 
 
+def pilot_record():
+    c = Cdr().text("drone").u32(1).u8(*[0] * 12).u64(0x8F00000000000001, 17).u8(1).u32(3).i64(123_456_789_012)
+    return c.u32(4).u8(0, 1, 2, 255)
+
+
 # Messages of ROS 2: tests/conformance/ros_golden_test.cpp has the same values.
 def ros_header(c):
     return c.put("i", 1_700_000_000).u32(250_000_000).text("map")
@@ -268,7 +273,7 @@ PX4 = (
 def main():
     folder = pathlib.Path(sys.argv[1])
     for make in (session_request, session_reply, vehicle_state, depth_frame, thrust_rate_command, telemetry, server_status,
-                 ros_pose_stamped, ros_odometry, ros_image, *PX4):
+                 pilot_record, ros_pose_stamped, ros_odometry, ros_image, *PX4):
         text = make().bytes().hex()
         lines = [text[i : i + 64] for i in range(0, len(text), 64)]
         (folder / (make.__name__ + ".hex")).write_text("\n".join(lines) + "\n")

@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "common/dds/convert.h"
+#include "common/dds/record_convert.h"
 #include "common/dds/request_type.h"
 #include "common/dds/wire_type.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
+#include "gatefield_idl/serversPubSubTypes.h"
 #include "tests/support/messages.h"
 #include "tests/support/wire_bytes.h"
 
@@ -129,6 +131,12 @@ TEST(Golden, ServerStatus) {
   const auto read = both_ways<wire::ServerStatusPubSubType>("server_status", test::good_status());
   EXPECT_EQ(read.room_cores, 1.25);
   EXPECT_TRUE(read.accepts);
+}
+
+TEST(Golden, PilotRecord) {
+  const auto read = both_ways<wire::PilotRecordPubSubType>("pilot_record", test::good_record());
+  EXPECT_EQ(read.take_overs, 3u);
+  EXPECT_EQ(read.pilot, std::vector<std::uint8_t>({0, 1, 2, 255}));
 }
 
 }  // namespace

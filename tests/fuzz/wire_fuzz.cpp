@@ -8,11 +8,13 @@
 #include "common/dds/convert.h"
 #include "common/dds/px4/convert.h"
 #include "common/dds/px4/wire_type.h"
+#include "common/dds/record_convert.h"
 #include "common/dds/request_type.h"
 #include "common/dds/ros_convert.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
 #include "gatefield_idl/px4PubSubTypes.h"
 #include "gatefield_idl/rosPubSubTypes.h"
+#include "gatefield_idl/serversPubSubTypes.h"
 #include "tests/fuzz/wire_input.h"
 
 namespace {
@@ -132,6 +134,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case fuzz::WireKind::kPx4Switches:
       of_px4<px4_wire::ManualControlSetpoint_PubSubType, px4::ManualControlSetpoint>(bytes, size);
+      break;
+    case fuzz::WireKind::kServerStatus:
+      both_ways<dds::WireType<wire::ServerStatusPubSubType>, protocol::ServerStatus>(bytes, size);
+      break;
+    case fuzz::WireKind::kPilotRecord:
+      both_ways<dds::WireType<wire::PilotRecordPubSubType>, protocol::PilotRecord>(bytes, size);
       break;
   }
   return 0;

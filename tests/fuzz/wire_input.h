@@ -22,8 +22,10 @@ enum class WireKind : std::uint8_t {
   kPx4Status,
   kPx4Battery,
   kPx4Switches,
+  kServerStatus,
+  kPilotRecord,
 };
-inline constexpr std::uint8_t kWireKinds = 14;
+inline constexpr std::uint8_t kWireKinds = 16;
 
 /// The recorded sample of tests/data/wire that each begins with.
 inline const std::map<std::string, WireKind> kWireSeeds{
@@ -42,6 +44,8 @@ inline const std::map<std::string, WireKind> kWireSeeds{
     {"px4_vehicle_status_v1", WireKind::kPx4Status},
     {"px4_battery_status_v1", WireKind::kPx4Battery},
     {"px4_manual_control_setpoint", WireKind::kPx4Switches},
+    {"server_status", WireKind::kServerStatus},
+    {"pilot_record", WireKind::kPilotRecord},
 };
 
 }  // namespace gatefield::fuzz

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/protocol/messages.h"
+#include "common/protocol/pilot_record.h"
 #include "common/protocol/server_status.h"
 
 /// Messages that pass validation, every field with a value of its own.
@@ -146,6 +147,19 @@ inline protocol::Telemetry good_telemetry(const std::string& vehicle = "drone") 
   telemetry.last_reason = "q_WB has norm 2, expected 1";
   telemetry.isa = "avx2";
   return telemetry;
+}
+
+/// Of a pilot that is no pilot.
+inline protocol::PilotRecord good_record() {
+  protocol::PilotRecord record;
+  record.vehicle = "drone";
+  record.session = 0x8f00000000000001;
+  record.request = 17;
+  record.kind = protocol::PilotRecord::Kind::kHandOver;
+  record.take_overs = 3;
+  record.written = Stamp{123'456'789'012};
+  record.pilot = {0, 1, 2, 255};
+  return record;
 }
 
 inline protocol::ServerStatus good_status(const std::string& name = "planner-1") {

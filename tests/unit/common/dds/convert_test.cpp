@@ -262,20 +262,8 @@ TEST(Convert, DepthFrameComesBackAsItWas) {
   EXPECT_EQ(out.pixels, in.pixels);
 }
 
-protocol::PilotRecord good_record() {
-  protocol::PilotRecord record;
-  record.vehicle = "drone";
-  record.session = 0x8f00000000000001;
-  record.request = 17;
-  record.kind = protocol::PilotRecord::Kind::kHandOver;
-  record.take_overs = 3;
-  record.written = Stamp{123'456'789'012};
-  record.pilot = {0, 1, 2, 255};
-  return record;
-}
-
 TEST(Convert, PilotRecordComesBackAsItWas) {
-  const protocol::PilotRecord in = good_record();
+  const protocol::PilotRecord in = test::good_record();
   const auto back = round_trip<wire::PilotRecordPubSubType>(in);
   EXPECT_EQ(back.vehicle, in.vehicle);
   EXPECT_EQ(back.session, in.session);
@@ -288,7 +276,7 @@ TEST(Convert, PilotRecordComesBackAsItWas) {
 
 TEST(Hostile, RecordsOfAnotherVersionAreRefused) {
   wire::PilotRecord sample;
-  to_wire(good_record(), &sample);
+  to_wire(test::good_record(), &sample);
   sample.version(wire::PILOT_RECORD_VERSION + 1);
   protocol::PilotRecord out;
   const Status verdict = from_wire(sample, &out);
@@ -426,7 +414,7 @@ TEST(Hostile, AnyBytesAreReadOrRefusedWithoutAnException) {
   fuzz<wire::TelemetryPubSubType>(test::good_telemetry(), 5);
   fuzz<wire::ServerStatusPubSubType>(test::good_status(), 6);
   fuzz<wire::DepthFramePubSubType>(test::good_frame(), 6);
-  fuzz<wire::PilotRecordPubSubType>(good_record(), 7);
+  fuzz<wire::PilotRecordPubSubType>(test::good_record(), 7);
 }
 
 TEST(WireType, KeysMayBeComputedByManyThreads) {
