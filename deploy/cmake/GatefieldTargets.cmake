@@ -8,7 +8,8 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
 find_program(GATEFIELD_CCACHE ccache)
 if(GATEFIELD_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${GATEFIELD_CCACHE})
+  # What it needs to know of precompiled headers, which tests have.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${GATEFIELD_CCACHE})
 endif()
 
 # Flags that every target of ours gets; third-party headers come in as SYSTEM and are spared.
@@ -86,6 +87,21 @@ add_custom_target(generated_code)
 add_custom_target(unit_tests)
 add_custom_target(thread_tests)
 
+# What nearly every test reads, compiled once: 2.7 s of 4 for each source. Tests alone, so that what we ship names its own
+# headers; an executable, since flags have to be the same as theirs.
+function(gatefield_test_headers)
+  set(source ${PROJECT_BINARY_DIR}/test_headers.cpp)
+  file(GENERATE OUTPUT ${source} CONTENT "int main() {}\n")
+  add_executable(gatefield_test_headers EXCLUDE_FROM_ALL ${source})
+  target_link_libraries(gatefield_test_headers PRIVATE Eigen3::Eigen GTest::gmock gatefield_flags)
+  target_compile_options(gatefield_test_headers PRIVATE ${gatefield_test_options})
+  target_precompile_headers(gatefield_test_headers PRIVATE <gmock/gmock.h> <gtest/gtest.h> <Eigen/Dense> <Eigen/Geometry>
+    <algorithm> <array> <atomic> <chrono> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <mutex> <optional>
+    <random> <string> <string_view> <thread> <utility> <vector>)
+endfunction()
+# A test's own code need not be fast: -O1 compiles it in two thirds of the time. What it tests stays as it is.
+set(gatefield_test_options $<$<CONFIG:Release>:-O1> $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
+
 # gatefield_test(<name> LABEL <unit|integration|conformance|...> SOURCES ... LIBRARIES ... [INSIDE ...] [TIMEOUT s] [THREADS])
 # One GoogleTest executable, one CTest test per executable. THREADS: also run under ThreadSanitizer (label threads).
 # INSIDE: libraries whose inner parts (*-inl.h) it tests.
@@ -94,9 +110,12 @@ function(gatefield_test name)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
-  gatefield_executable(${name} "${ARG_SOURCES}" "${ARG_LIBRARIES};GTest::gmock;GTest::gtest_main" "${ARG_INSIDE}")
-  # A test's own code need not be fast: -O1 compiles it in two thirds of the time. What it tests stays as it is.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(NOT TARGET gatefield_test_headers)
+    gatefield_test_headers()
+  endif()
+  gatefield_executable(${name} "${ARG_SOURCES}" "${ARG_LIBRARIES};Eigen3::Eigen;GTest::gmock;GTest::gtest_main" "${ARG_INSIDE}")
+  target_compile_options(${name} PRIVATE ${gatefield_test_options})
+  target_precompile_headers(${name} REUSE_FROM gatefield_test_headers)
   target_compile_definitions(${name} PRIVATE
     GATEFIELD_SOURCE_DIR="${PROJECT_SOURCE_DIR}" GATEFIELD_BINARY_DIR="${PROJECT_BINARY_DIR}")
   add_test(NAME ${name} COMMAND ${name})
