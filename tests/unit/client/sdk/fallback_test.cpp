@@ -84,6 +84,49 @@ TEST(Fallback, BrakesFromSixMetresPerSecondAt45Degrees) {
   }
 }
 
+TEST(Fallback, StopsFromSevenMetresPerSecondWithinFourMetres) {
+  const QuadrotorModel model;
+  QuadrotorState state = hovering(model);
+  state.v_WB.x() = 7.0;
+  Fallback fallback(model);
+  const Flight flight = fly(&fallback, model, state, 10s, 3s);
+  EXPECT_LT(flight.farthest_m, 4.0);
+  EXPECT_LT(flight.end.v_WB.norm(), 0.3);
+  EXPECT_GT(flight.lowest_m, 5 - 0.8);
+}
+
+/// A course of one gate so far ahead of hovering().
+Course gate_at(double ahead_m) {
+  Course course;
+  course.waypoints.emplace_back(Eigen::Vector3d(1 + ahead_m, 2, 5), Eigen::Vector3d::UnitX());
+  course.closed = false;
+  return course;
+}
+
+TEST(Fallback, APlanThroughAGateThatIsTooNearToStopIsFlownToItsEnd) {
+  const QuadrotorModel model;
+  QuadrotorState state = hovering(model);
+  state.v_WB.x() = 7.0;
+  const auto begins = [&](double gate_m) {
+    return Fallback(model, {}, KeepClear(gate_at(gate_m), 0.5)).better_than_plan(state, 280ms);
+  };
+  EXPECT_FALSE(begins(1.5)) << "the plan passes it";
+  EXPECT_FALSE(begins(2.8)) << "the plan doesn't, but braking would end in it";
+  EXPECT_TRUE(begins(5.0));
+  EXPECT_FALSE(Fallback(model).better_than_plan(state, 280ms)) << "who knows no course flies what there is";
+}
+
+TEST(Fallback, StopsBeforeAGateThatIsFarEnoughAndDriftsOutOfOneThatIsNot) {
+  const QuadrotorModel model;
+  QuadrotorState state = hovering(model);
+  state.v_WB.x() = 7.0;
+  Fallback before(model, {}, KeepClear(gate_at(5.0), 0.5));
+  EXPECT_LT(fly(&before, model, state, 10s, 3s).end.p_WB.x() - 1, 5.0 - 0.5);
+  Fallback within(model, {}, KeepClear(gate_at(3.5), 0.5));
+  const double end_m = fly(&within, model, state, 10s, 3s).end.p_WB.x() - 1;
+  EXPECT_GT(std::abs(end_m - 3.5), 0.5) << "nobody hovers in a gate";
+}
+
 TEST(Fallback, DescendsAfterTheHold) {
   const QuadrotorModel model;
   Fallback fallback(model);

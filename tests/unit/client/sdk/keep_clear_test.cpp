@@ -67,5 +67,19 @@ TEST(KeepClear, SteersForWhatLiesAheadOnly) {
   EXPECT_LE(clear.steer({9.9, 0.5, 1.5}, {6, 0, 0}).norm(), KeepClear::kMaxSteer_m_s2);
 }
 
+TEST(KeepClear, KnowsWhatIsPassedWithinATime) {
+  const KeepClear clear(one_gate(), 0.3);
+  const Eigen::Vector3d ahead(7, 0, 0);
+  EXPECT_TRUE(clear.passes({8, 0, 1.5}, ahead, 0.3)) << "2 m before it";
+  EXPECT_FALSE(clear.passes({8, 0, 1.5}, ahead, 0.25));
+  EXPECT_TRUE(clear.passes({8, 0.9, 1.5}, ahead, 0.3)) << "its frame";
+  EXPECT_FALSE(clear.passes({8, 1.2, 1.5}, ahead, 0.3)) << "beside it";
+  EXPECT_FALSE(clear.passes({8, 0, 3.0}, ahead, 0.3)) << "above it";
+  EXPECT_FALSE(clear.passes({10.5, 0, 1.5}, ahead, 1.0)) << "behind it";
+  EXPECT_TRUE(clear.passes({10.2, 0, 1.5}, ahead, 0.0)) << "in it";
+  EXPECT_TRUE(clear.passes({12, 0, 1.5}, -ahead, 0.3)) << "from the other side";
+  EXPECT_FALSE(clear.passes({8, 0, 1.5}, Eigen::Vector3d::Zero(), 1.0)) << "who hovers passes nothing";
+}
+
 }  // namespace
 }  // namespace gatefield::sdk
