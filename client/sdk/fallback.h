@@ -10,10 +10,10 @@
 
 namespace gatefield::sdk {
 
-/// What the vehicle does by itself when the plan has run out: brake as hard as it can and still turn, hold the height for
-/// kHold, then descend at kDescent_m_s until it is told otherwise (the ground included: whoever owns the motors switches
-/// them off there). Where it was told of the course, it steers around frames that lie ahead while it brakes, and drifts
-/// out of a gate's space afterwards (KeepClear): by where gates are nominally, since it sees nothing.
+/// What the vehicle does by itself when the plan has run out: brake as hard as it can and still turn, hold the height
+/// for kHold, then descend at kDescent_m_s until it is told otherwise (the ground included: whoever owns the motors
+/// switches them off there). Where it was told of the course, it steers around frames that lie ahead while it brakes,
+/// and drifts out of a gate's space afterwards (KeepClear): by where gates are nominally, since it sees nothing.
 ///
 /// A cascade, each stage at most a third as fast as the one it drives, so that slow rotors get slow gains:
 ///   acceleration  a_xy = k_v (v* - v)_xy, |a_xy| <= kMaxBrake; a_z = k_v (vz* - vz) + k_p (z* - z), limited

@@ -18,8 +18,8 @@ namespace gatefield::simulator {
 /// Each state (with its answer) and each frame is late by the delay and by a jitter, uniform and in whole milliseconds;
 /// what a newer one of its kind has overtaken is lost. A message is lost with the given probability each way: a state
 /// on its way there, its answer on the way back, a frame. The draws of a message do not depend on what becomes of it,
-/// so that the next one's are the same in any case. Same seed and sequence of calls, same link. During an outage nothing
-/// gets through, nor does what was on its way when it began. Thread-safe: no.   Real-time safe: no.
+/// so that the next one's are the same in any case. Same seed and sequence of calls, same link. During an outage
+/// nothing gets through, nor does what was on its way when it began. Thread-safe: no.   Real-time safe: no.
 class SimulatedLink {
  public:
   struct Options {
@@ -72,7 +72,8 @@ class SimulatedLink {
   };
   Passage pass(int ways);
   bool cut(Stamp from, Stamp until) const noexcept {
-    return until >= options_.outage_begin && from < options_.outage_begin + options_.outage;
+    return options_.outage > Stamp{0} && until >= options_.outage_begin &&
+           from < options_.outage_begin + options_.outage;
   }
 
   Options options_;
