@@ -84,6 +84,7 @@ constexpr Stream kNames[] = {
     Stream("gatefield.sensor_noise"),
     Stream("gatefield.state_noise"),
     Stream("gatefield.link"),
+    Stream("gatefield.outage"),
     Stream("gatefield.rollouts"),
     Stream("gatefield.texture"),
     Stream("gatefield.ransac"),
