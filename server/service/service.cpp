@@ -104,23 +104,15 @@ std::string Service::realtime_complaint() const { return control_ ? control_->co
 // ---- from the transport ---------------------------------------------------------------------------------------------
 
 void Service::on_request(const protocol::SessionRequest& request, const Status& verdict) {
-  enqueue(Asked{request, verdict}, kMaxQueue);  // clients ask again when they hear nothing
+  enqueue(kMaxQueue, [&] { return Asked{request, verdict}; });  // clients ask again when they hear nothing
 }
 
 void Service::on_gone(const std::string& vehicle, std::uint64_t request) {
-  enqueue(Gone{vehicle, request}, 2 * kMaxQueue);  // else the session ends for want of states
+  enqueue(2 * kMaxQueue, [&] { return Gone{vehicle, request}; });  // else the session ends for want of states
 }
 
-void Service::set_profiles(Profiles profiles) { enqueue(std::move(profiles), 4 * kMaxQueue); }
-
-/// For housekeeping. Left out when so many wait already.
-void Service::enqueue(Item item, std::size_t most) {
-  {
-    const std::lock_guard lock(queue_mutex_);
-    if (stopping_ || queue_.size() >= most) return;
-    queue_.push_back(std::move(item));
-  }
-  queue_filled_.notify_one();
+void Service::set_profiles(Profiles profiles) {
+  enqueue(4 * kMaxQueue, [&] { return std::move(profiles); });
 }
 
 void Service::on_state(const protocol::VehicleState& state) {

@@ -204,7 +204,16 @@ class Service {
     protocol::Problems logged = 0;
   };
 
-  void enqueue(Item item, std::size_t most);
+  /// For housekeeping. Left out, and not even made, when so many wait already.
+  template <typename Make>
+  void enqueue(std::size_t most, Make&& make) {
+    {
+      const std::lock_guard lock(queue_mutex_);
+      if (stopping_ || queue_.size() >= most) return;
+      queue_.push_back(make());
+    }
+    queue_filled_.notify_one();
+  }
   std::vector<std::shared_ptr<pilot::Pilot>> pilots() const;
   void answer(const Asked& asked);
   Status check_profile(const protocol::SessionRequest& request) const;
@@ -236,6 +245,7 @@ class Service {
   void give_over_those_that_can_be();
   void give_over(const std::shared_ptr<pilot::Pilot>& pilot);
   void let_go(const TakenAway& taken);
+  void taken_away(const protocol::PilotRecord& record);
   bool is_ours(const protocol::PilotRecord& record);
   bool heard(const pilot::Pilot& pilot) const;
   void fill_succession(Figures* figures) const;

@@ -46,7 +46,7 @@ StandBy::Parts Service::stand_by_parts() {
 void Service::on_heir(bool there) {
   if (!hand_over_) return;
   hand_over_->heir(there);
-  enqueue(NewHeir{}, kMaxQueue);
+  enqueue(kMaxQueue, [] { return NewHeir{}; });
 }
 
 void Service::on_leader(bool there, bool ours_first) {
@@ -60,7 +60,7 @@ void Service::on_record(const protocol::PilotRecord& record) {
       if (hand_over_) hand_over_->ready(record.vehicle, record.session);
       return;
     case Said::kTaken:
-      return enqueue(TakenAway{record.vehicle, record.session, record.take_overs}, kMaxQueue);  // else it is said again
+      return taken_away(record);  // if it is lost, it is said again
     case Said::kFollow:
     case Said::kHandOver:
       if (stand_by_ && !is_ours(record)) stand_by_->on_record(record);
@@ -69,6 +69,10 @@ void Service::on_record(const protocol::PilotRecord& record) {
       if (stand_by_) stand_by_->on_record(record);
       return;
   }
+}
+
+void Service::taken_away(const protocol::PilotRecord& record) {
+  enqueue(kMaxQueue, [&] { return TakenAway{record.vehicle, record.session, record.take_overs}; });
 }
 
 /// Two write down the same session when the one from whom it was taken comes back to life: whose it is says the number
@@ -81,7 +85,7 @@ bool Service::is_ours(const protocol::PilotRecord& record) {
     return true;  // another client of that name: the session here ends first
   const bool same = own->session() == record.session;
   if (same && record.take_overs > own->take_overs()) {
-    enqueue(TakenAway{record.vehicle, record.session, record.take_overs}, kMaxQueue);
+    taken_away(record);
     return false;
   }
   if (!same && !heard(*own)) return true;
