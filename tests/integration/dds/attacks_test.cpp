@@ -152,18 +152,20 @@ protocol::PilotRecord record_of(const std::string& vehicle, std::uint64_t sessio
   return record;
 }
 
+void say(Writer<wire::PilotRecordPubSubType>* records, const protocol::PilotRecord& record, const ParticipantId& to) {
+  records->write([&](wire::PilotRecord* sample) {
+    to_wire(record, sample);
+    sample->to() = to.bytes;
+  });
+}
+
 TEST_F(AttacksOnAPair, AStrangersWordThatItFliesTheVehicleIsDropped) {
   Stranger stranger("gatefield-server:planner-2:standby-of:another");
   auto records = stranger.writer<wire::PilotRecordPubSubType>(Topic::kPilotRecord);
   const ParticipantId server = stranger.server(kServer);
   const auto taken =
       record_of("victim", victim_->session().session, stranger.overheard(), protocol::PilotRecord::Kind::kTaken);
-  expect_unharmed(fly(victim_.get(), [&](std::uint64_t) {
-    records->write([&](wire::PilotRecord* sample) {
-      to_wire(taken, sample);
-      sample->to() = server.bytes;
-    });
-  }));
+  expect_unharmed(fly(victim_.get(), [&](std::uint64_t) { say(records.get(), taken, server); }));
   EXPECT_NE(service_->session_of("victim"), nullptr);
   EXPECT_NE(told().find("gatefield/server/pilot"), std::string::npos) << told();
 }
@@ -192,12 +194,7 @@ TEST_F(Attacks, AStrangersRecordsAreNotFollowed) {
   const ParticipantId to = stranger.server("planner-2");
   const auto give =
       record_of("victim", victim_->session().session, stranger.overheard(), protocol::PilotRecord::Kind::kHandOver);
-  expect_unharmed(fly(victim_.get(), [&](std::uint64_t) {
-    records->write([&](wire::PilotRecord* sample) {
-      to_wire(give, sample);
-      sample->to() = to.bytes;
-    });
-  }));
+  expect_unharmed(fly(victim_.get(), [&](std::uint64_t) { say(records.get(), give, to); }));
   EXPECT_EQ(handler.heard, 0);
   EXPECT_GT(dropped, 0u);
   EXPECT_GT(handler.commands, 10) << "the leader's commands are heard";

@@ -156,7 +156,7 @@ TEST(Crowd, TwoServersShareTheVehiclesAndStandInForEachOther) {
   EXPECT_TRUE(wait_until([&] { return of("second") == 4; })) << second.output();
 }
 
-// GATEFIELD_CROWD_RACES sets how many races are flown in the crowd; 10 take about ten minutes. The crowd runs on the
+// GATEFIELD_CROWD_RACES sets how many races are flown in the crowd; 10 take tens of minutes. The crowd runs on the
 // server's cores, and takes what server and racer leave of them: the discovery of 65 participants alone would fill two.
 class CrowdedRaces : public ::testing::Test {
  protected:
