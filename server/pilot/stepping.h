@@ -82,6 +82,7 @@ class Stepping {
   /// Another server flew this session and sent this command after it wrote down what was restored here: the vehicle
   /// has it, and what goes on from here is predicted through it. @pre command passed protocol::validate
   void sent_elsewhere(const protocol::ThrustRateCommand& command) noexcept;
+  void narrow_tick() noexcept { Account::count(shared_->account.ticks_narrow); }
   void missed_deadlines(std::uint64_t count) noexcept { Account::count(shared_->account.deadlines_missed, count); }
 
   planner::Planner& planner() noexcept { return *planner_; }

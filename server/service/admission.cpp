@@ -152,6 +152,7 @@ void Service::watch_room(const std::vector<std::shared_ptr<pilot::Pilot>>& pilot
     reading.racing = racing(pilot->health());
     reading.steps = account.steps.counts().all();
     reading.late = value(account.deadlines_missed);
+    reading.narrow = value(account.ticks_narrow);
     reading.frames = value(account.frames_looked_at);
     reading.step_cpu = std::chrono::nanoseconds(value(account.step_cpu_ns));
     reading.look_cpu = std::chrono::nanoseconds(value(account.look_cpu_ns));

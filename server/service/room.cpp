@@ -61,7 +61,8 @@ void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const
   }
 
   seats_.clear();
-  std::uint64_t ticks = 0, late = 0, most_late = 0;
+  LateTicks::Ticks ticks;
+  std::uint64_t most_late = 0;
   std::size_t heard = 0, in_lockstep = 0;
   for (const SessionReading& session : sessions) {
     History& history = kept[session.session];
@@ -77,8 +78,9 @@ void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const
     }
     if (session.real_time && session.heard) {
       const std::uint64_t late_now = session.late - before.late;
-      ticks += session.steps - before.steps + late_now;
-      late += late_now;
+      ticks.all += session.steps - before.steps + late_now;
+      ticks.late += late_now;
+      ticks.narrow += session.narrow - before.narrow;
       if (late_now > most_late) {
         most_late = late_now;
         latest_ = session.vehicle;
@@ -105,11 +107,11 @@ void Room::measure(Stamp now, const std::vector<SessionReading>& sessions, const
   }
   // Lockstep sends as fast as it is answered, and says nothing about what others will cost.
   if (!first && heard > 0 && in_lockstep == 0) costs_.learn_other(other_ / static_cast<double>(heard));
-  late_ticks_.add(now, ticks, late);
+  late_ticks_.add(now, ticks);
   if (late_ticks_.closed())
     hold(now + kHold, std::max(taken(), kBlameless * capacity_.all));
   else if (!first && now >= held_until_)
-    most_ = std::min(capacity_.all, most_ + kGrowth_per_s * capacity_.all * passed_s);
+    grow(passed_s);
   histories_ = std::move(kept);
   server_ = server;
   measured_at_ = now;
@@ -126,6 +128,13 @@ void Room::hold(Stamp until, double taken) {
   if (!on()) return;
   most_ = std::min(most_, taken);
   held_until_ = std::max(held_until_, until);
+}
+
+void Room::grow(double passed_s) {
+  most_ = std::min(capacity_.all, most_ + kGrowth_per_s * capacity_.all * passed_s);
+  if (most_ < capacity_.all) return;
+  shed_held_until_ = Stamp{0};
+  hold_shed_ = kHoldShed;
 }
 
 double Room::left_by(const Need& load) const { return free_cores(capacity_, load) - (capacity_.all - most_); }
@@ -197,7 +206,10 @@ std::optional<Room::Shed> Room::shed(Stamp now) {
   Shed shed{seat.session, late_ticks_.words() + ", and of " + std::to_string(seats_.size()) +
                               " vehicles this one has least priority or came last"};
   late_ticks_.shed(now);
-  hold(now + kHoldShed, taken() - seat.need.all());
+  const bool on_the_way_back = shed_held_until_ > Stamp{0} && now >= shed_held_until_;
+  if (on_the_way_back) hold_shed_ = std::min(2 * hold_shed_, kLongestHoldShed);
+  shed_held_until_ = now + hold_shed_;
+  hold(shed_held_until_, taken() - seat.need.all());
   return shed;
 }
 

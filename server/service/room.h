@@ -31,7 +31,7 @@ struct SessionReading {
   bool real_time = true;
   bool heard = false;   ///< states come
   bool racing = false;  ///< Seat::racing
-  std::uint64_t steps = 0, late = 0, frames = 0;
+  std::uint64_t steps = 0, late = 0, narrow = 0, frames = 0;
   std::chrono::nanoseconds step_cpu{0}, look_cpu{0};
 };
 
@@ -48,15 +48,17 @@ struct ServerReading {
 /// left. Perception counts up to what its threads can do, since it skips frames. Measuring is a matter of processor
 /// time, not of the clock's: other programs on the same cores change little in it, and show as late ticks (LateTicks).
 /// These close the room by themselves, and teach how much the others leave: what was taken while ticks were late is the
-/// most that may be taken for kHold, or kHoldShed when somebody had to go; then the most grows back slowly. While
-/// vehicles take less than kBlameless of the capacity, other programs make ticks late: only an overload closes the room
-/// then, and for as long as it is there.
+/// most that may be taken for kHold, or kHoldShed when somebody had to go; then the most grows back slowly. Trying costs
+/// ticks, so whoever has to go on the way back makes the next such time twice as long. While vehicles take less than
+/// kBlameless of the capacity, other programs make ticks late: only an overload closes the room then, and for as long as
+/// it is there.
 /// Thread-safe: no (housekeeping).
 class Room {
  public:
   static constexpr std::chrono::nanoseconds kYoung = std::chrono::seconds(2);
   static constexpr std::chrono::nanoseconds kHold = std::chrono::seconds(10);
   static constexpr std::chrono::nanoseconds kHoldShed = std::chrono::seconds(60);
+  static constexpr std::chrono::nanoseconds kLongestHoldShed = std::chrono::minutes(16);
   static constexpr double kGrowth_per_s = 0.01;  ///< of the capacity
   static constexpr double kBlameless = 0.5;      ///< of the capacity
 
@@ -113,6 +115,7 @@ class Room {
   double left_by(const Need& load) const;
   bool closed() const;
   void hold(Stamp until, double taken);
+  void grow(double passed_s);
   void learn(const SessionReading& session, const SessionReading& before, double helped);
   std::string occupied() const;
 
@@ -125,6 +128,8 @@ class Room {
   std::vector<Seat> seats_;                     // of those that take room
   double most_;                                 // cores that may be taken: the capacity, or what late ticks taught
   Stamp held_until_{0};                         // not more until then
+  Stamp shed_held_until_{0};                    // the same, for somebody who had to go; 0: nobody had to, of late
+  std::chrono::nanoseconds hold_shed_ = kHoldShed;
   double other_ = 0.0;                          // cores of the middleware and all else, as measured
   Stamp measured_at_{0};
   ServerReading server_;

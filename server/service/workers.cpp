@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <utility>
 
+#include "server/service/phases.h"
 #include "server/service/processor_time.h"
 
 namespace gatefield::service {
@@ -119,17 +121,29 @@ Stamp ControlPool::step_since() const {
 
 void ControlPool::add(std::shared_ptr<pilot::Pilot> pilot) {
   auto entry = std::make_unique<Entry>();
-  if (!pilot->lockstep()) {
-    entry->due = clock_->now();
-    entry->deadline = entry->due + pilot->control_period();
-  }
   entry->pilot = std::move(pilot);
   {
     const std::lock_guard lock(mutex_);
+    if (!entry->pilot->lockstep()) {
+      entry->due = clock_->now();
+      entry->deadline = entry->due + entry->pilot->control_period();
+      entry->first_period = first_period(entry->due, entry->pilot->control_period());
+    }
     entries_.push_back(std::move(entry));
     ++news_;
   }
   changed_.notify_one();
+}
+
+/// When its second step is due, after its first: as far from the others of its period as may be.
+std::chrono::nanoseconds ControlPool::first_period(Stamp due, std::chrono::nanoseconds period) const {
+  std::vector<std::chrono::nanoseconds> taken;
+  for (const auto& entry : entries_) {
+    if (entry->pilot->lockstep() || entry->pilot->control_period() != period) continue;
+    const auto phase = (entry->due + entry->first_period - due) % period;
+    taken.push_back(phase < 0ns ? phase + period : phase);
+  }
+  return free_phase(std::move(taken), period);
 }
 
 ControlPool::Entry* ControlPool::find(const pilot::Pilot* pilot) {
@@ -289,8 +303,13 @@ void ControlPool::run(int index) {
     } else {
       const auto period = pilot.control_period();
       const auto missed = std::max<std::int64_t>(0, (done - due) / period);
-      if (missed > 0) stepping.missed_deadlines(static_cast<std::uint64_t>(missed));
-      chosen->due = due + (missed + 1) * period;
+      if (missed > 0) {
+        stepping.missed_deadlines(static_cast<std::uint64_t>(missed));
+      } else if (2 * (begin - due) > period - (done - begin)) {
+        stepping.narrow_tick();
+      }
+      const auto first_period = std::exchange(chosen->first_period, 0ns);
+      chosen->due = due + (first_period > 0ns ? missed * period + first_period : (missed + 1) * period);
       chosen->deadline = chosen->due + period;
     }
     idle_.notify_all();

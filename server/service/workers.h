@@ -22,6 +22,8 @@ namespace gatefield::service {
 /// (a late step does not shift the later ones; times that passed altogether are counted as missed); lockstep pilots are
 /// due when something came for them, after every real-time pilot that is due: they have no deadline to miss, and while
 /// a real-time pilot is there one thread of several never begins a lockstep step, which could hold that one up.
+/// Pilots of one control period are due as far from each other as may be, from their second step on, so that they don't
+/// wait for each other; the first is due when they come.
 /// What a step takes, in time and processor time, and when its command goes out is measured here, and told to the
 /// pilot.
 /// A thread for which nothing is due helps with the steps in progress, a block of rollouts at a time (kernels::Crew):
@@ -66,12 +68,14 @@ class ControlPool {
     std::shared_ptr<pilot::Pilot> pilot;
     Stamp due = pilot::Stepping::kNever;
     Stamp deadline = pilot::Stepping::kNever;
+    std::chrono::nanoseconds first_period{0};  ///< from the first due time to the second; 0: that is over
     bool busy = false;
     Stamp busy_since{0};
     bool woken = false;    ///< while busy
     bool leaving = false;  ///< being removed: not served any more
   };
   Entry* find(const pilot::Pilot* pilot);
+  std::chrono::nanoseconds first_period(Stamp due, std::chrono::nanoseconds period) const;
   void run(int index);
   Entry* choose(Stamp now, Stamp* next_due);
   bool help(std::unique_lock<std::mutex>& lock, Stamp until);

@@ -15,6 +15,7 @@
 #include <regex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -165,6 +166,27 @@ class CrowdedRaces : public ::testing::Test {
     if (!std::regex_search(said, found, std::regex("metrics: port ([0-9]+)"))) return {};
     return http_page(found[1], "/metrics");
   }
+  /// The server has found its measure: nobody came or went for half a minute.
+  void wait_until_steady(const Process& server) const {
+    const auto turnover = [&] {
+      const std::string said = page(server.output());
+      return std::pair(figure(said, "gatefield_sessions"), figure(said, "gatefield_sessions_shed_total"));
+    };
+    auto last = turnover();
+    Stamp since = MonotonicClock().now();
+    const bool steady = wait_until(
+        [&] {
+          std::this_thread::sleep_for(1s);
+          if (const auto now = turnover(); now != last) {
+            last = now;
+            since = MonotonicClock().now();
+          }
+          return MonotonicClock().now() - since > 30s;
+        },
+        300s);
+    std::printf("%.0f vehicles%s, %.0f were sent away\n", last.first, steady ? "" : " and no rest", last.second);
+    std::fflush(stdout);
+  }
   static double figure(const std::string& page, const std::string& name) {
     const std::size_t at = page.find("\n" + name + " ");
     return at == std::string::npos ? -1.0 : std::strtod(page.c_str() + at + name.size() + 2, nullptr);
@@ -177,13 +199,14 @@ TEST_F(CrowdedRaces, ARacerWinsAndWhoIsAdmittedIsInTime) {
   if (races == 0) GTEST_SKIP() << "GATEFIELD_CROWD_RACES says how many";
   Programs programs("crowded-races");
   Process server =
-      programs.server("server.log", {"--max-vehicles", "64", "--max-priority", "9", "--metrics", "127.0.0.1:0"});
+      programs.server("server.log", {"--realtime", "--max-vehicles", "64", "--max-priority", "9", "--metrics",
+                                               "127.0.0.1:0"});
   ASSERT_TRUE(server.wait_for_output("ready: server", 60s)) << server.output();
   Crowd crowd;
   for (int i = 0; i < 64; ++i) crowd.push_back(std::make_unique<Hoverer>("drone-" + std::to_string(i), 20s, true));
   const auto answered = [&] { return count(crowd, [](const Hoverer& one) { return one.told() || flies(one); }) == 64; };
-  wait_until(answered, 180s);
-  std::this_thread::sleep_for(30s);  // until the server has found its measure
+  EXPECT_TRUE(wait_until(answered, 180s));
+  wait_until_steady(server);
   int won = 0;
   double ticks = 0.0, late = 0.0;
   for (int i = 0; i < races; ++i) {

@@ -177,6 +177,27 @@ TEST(ControlPool, OneThreadIsKeptForThoseThatHaveDeadlines) {
   EXPECT_TRUE(both()) << "and the other one gets its turn";
 }
 
+TEST(ControlPool, WhoWaitedForLongAndIsInTimeIsCounted) {
+  const MonotonicClock clock;
+  testing::FakeTransport transport;
+  Steps steps;
+  const auto period = steps.pilot(9, protocol::Timing::kRealTime, {})->control_period();
+  const auto slow = steps.pilot(1, protocol::Timing::kRealTime, [&] { std::this_thread::sleep_for(1.2 * period); });
+  const auto waits = steps.pilot(2, protocol::Timing::kRealTime, {});
+  ControlPool pool({1, false, nullptr, {}}, &clock, &transport);
+  pool.add(slow);
+  pool.add(waits);  // due half a period after the other one, which ends 0.7 periods later
+  std::uint64_t sequence = 1;
+  const auto narrow = [&] { return waits->account().ticks_narrow.load(); };
+  for (const Stamp end = clock.now() + 20s; narrow() < 3 && clock.now() < end;) {
+    ++sequence;
+    for (const auto& pilot : {slow, waits}) steps.feed(pilot.get(), sequence);
+    std::this_thread::sleep_for(period / 4);
+  }
+  EXPECT_GE(narrow(), 3u);
+  EXPECT_EQ(slow->account().ticks_narrow.load(), 0u) << "it waits for nobody, and is late by itself";
+}
+
 TEST(ControlPool, ProcessorTimeOfStepsIsCounted) {
   const MonotonicClock clock;
   testing::FakeTransport transport;

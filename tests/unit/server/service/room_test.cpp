@@ -65,17 +65,17 @@ TEST(Seats, OnlyLowerPrioritiesAreDisplacedAndNoMoreThanSuffice) {
 struct Ticks {
   LateTicks late;
   Stamp now{100s};
-  void pass(std::chrono::nanoseconds span, std::uint64_t late_each) {
-    for (const Stamp end = now + span; now < end;) late.add(now += 250ms, 100, late_each);
+  void pass(std::chrono::nanoseconds span, std::uint64_t late_each, std::uint64_t narrow_each = 0) {
+    for (const Stamp end = now + span; now < end;) late.add(now += 250ms, {100, late_each, narrow_each});
   }
 };
 
 TEST(LateTicks, AFewCloseTheRoomUntilTheyAreForgotten) {
   Ticks ticks;
   ticks.pass(2s, 0);
-  ticks.late.add(ticks.now += 250ms, 100, 2);
+  ticks.late.add(ticks.now += 250ms, {100, 2});
   EXPECT_FALSE(ticks.late.closed()) << "two may happen to anybody";
-  ticks.late.add(ticks.now += 250ms, 100, 1);
+  ticks.late.add(ticks.now += 250ms, {100, 1});
   EXPECT_TRUE(ticks.late.closed());
   EXPECT_FALSE(ticks.late.shed_due(ticks.now));
   ticks.pass(3s, 0);
@@ -86,12 +86,25 @@ TEST(LateTicks, AFewInEveryWindowAreTooMuchInTheLongRun) {
   Ticks ticks;
   for (int i = 0; i < 9; ++i) {  // 0.17 %, two in any two seconds
     ticks.pass(1s, 0);
-    ticks.late.add(ticks.now += 250ms, 200, 1);
+    ticks.late.add(ticks.now += 250ms, {200, 1});
   }
   EXPECT_TRUE(ticks.late.closed());
   EXPECT_TRUE(ticks.late.shed_due(ticks.now));
   EXPECT_THAT(ticks.late.words(), HasSubstr(" control ticks were late"));
   ticks.late.shed(ticks.now);
+  EXPECT_FALSE(ticks.late.closed());
+}
+
+TEST(LateTicks, NarrowOnesCloseTheRoomAndCostNobodyTheSession) {
+  Ticks ticks;
+  ticks.pass(4s, 0, 2);
+  EXPECT_FALSE(ticks.late.closed()) << "2 % are no more than may happen";
+  ticks.pass(20s, 0, 4);
+  EXPECT_TRUE(ticks.late.closed());
+  EXPECT_EQ(ticks.late.words(), "36 of the last 900 control ticks were nearly late");
+  EXPECT_FALSE(ticks.late.overloaded());
+  EXPECT_FALSE(ticks.late.shed_due(ticks.now));
+  ticks.pass(3s, 0);
   EXPECT_FALSE(ticks.late.closed());
 }
 
@@ -288,6 +301,26 @@ TEST_F(RoomTest, OverloadCostsTheNewestItsSeat) {
   EXPECT_THAT(shed->why, HasSubstr("control ticks were late"));
   EXPECT_FALSE(room_->shed(now_).has_value()) << "one at a time";
   EXPECT_LT(room_->most(), room_->taken()) << "what was taken was too much";
+}
+
+TEST_F(RoomTest, WhatProvedTooMuchAgainIsNotTriedForLonger) {
+  for (std::uint64_t session = 1; session <= 3; ++session) enter(session);
+  // @return for how long no more may be taken than what was left when somebody had to go
+  const auto overload = [&] {
+    pass(4s, 40);
+    EXPECT_TRUE(room_->shed(now_).has_value());
+    const Stamp begin = now_;
+    const double most = room_->most();
+    while (room_->most() <= most + 1e-9 && now_ < begin + 1h) pass(250ms);
+    return now_ - begin;
+  };
+  EXPECT_NEAR(seconds(overload()), seconds(Room::kHoldShed), 1.0);
+  pass(5s);
+  ASSERT_LT(room_->most(), 1.5) << "on the way back";
+  EXPECT_NEAR(seconds(overload()), seconds(2 * Room::kHoldShed), 1.0);
+  pass(200s);
+  ASSERT_NEAR(room_->most(), 1.5, 1e-9);
+  EXPECT_NEAR(seconds(overload()), seconds(Room::kHoldShed), 1.0) << "by then it was not too much any more";
 }
 
 TEST_F(RoomTest, HigherPriorityDisplacesTheNewestOfTheLowest) {
