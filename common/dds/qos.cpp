@@ -250,6 +250,9 @@ DataWriterQos writer_qos(Topic topic, const TransportOptions& transport) {
     auto& times = qos.reliable_writer_qos().times;
     times.heartbeatPeriod = milliseconds(transient_local(topic) ? 100 : 10);
     times.nackResponseDelay = milliseconds(0);
+    // A heartbeat in every command's packet would be made, and when encrypted that takes its time, before the command
+    // leaves; the next one is never far.
+    qos.reliable_writer_qos().disable_heartbeat_piggyback = topic == Topic::kCommand;
   }
   return qos;
 }

@@ -101,13 +101,14 @@ void tell_totals(Page* page, const service::Figures& figures) {
   counter("gatefield_strays_total", "Samples for vehicles that have no session here.", figures.strays);
   counter("gatefield_commands_sent_total", "Plans that went out.", totals.commands_sent);
   counter("gatefield_deadlines_missed_total", "Control ticks that were late.", totals.deadlines_missed);
+  counter("gatefield_ticks_narrow_total", "Control ticks in time that waited long for a thread.", totals.ticks_narrow);
   page->step_times("gatefield_step_seconds", "What a control step took, from its begin to its plan.", totals.steps);
 }
 
 void tell_room(Page* page, const service::Figures& figures) {
   page->gauge("gatefield_capacity_cores", "Cores that vehicles may take.", figures.room.capacity);
   page->gauge("gatefield_load_cores", "Cores that vehicles take.", figures.room.taken);
-  page->gauge("gatefield_room_cores", "Cores for newcomers; 0 also while ticks are late.", figures.room.free);
+  page->gauge("gatefield_room_cores", "Cores for newcomers; 0 also while ticks are late or nearly.", figures.room.free);
   page->costs("gatefield_vehicle_cost_cores", "What a vehicle takes that nobody has measured yet, cores.",
               figures.room.cost_cores);
   page->counter("gatefield_sessions_shed_total", "Sessions that ended because control ticks were late.",

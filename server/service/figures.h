@@ -23,7 +23,7 @@ struct Figures {
   struct Totals {
     std::uint64_t states_received = 0, states_rejected = 0;
     std::uint64_t frames_received = 0, frames_rejected = 0, frames_invalid = 0;
-    std::uint64_t commands_sent = 0, deadlines_missed = 0;
+    std::uint64_t commands_sent = 0, deadlines_missed = 0, ticks_narrow = 0;
     ByCode samples_refused{};  ///< states and frames, by why
     pilot::StepTimes::Counts steps;
 
@@ -35,6 +35,7 @@ struct Figures {
       frames_invalid += other.frames_invalid;
       commands_sent += other.commands_sent;
       deadlines_missed += other.deadlines_missed;
+      ticks_narrow += other.ticks_narrow;
       for (std::size_t i = 0; i < samples_refused.size(); ++i) samples_refused[i] += other.samples_refused[i];
       steps += other.steps;
       return *this;
@@ -44,7 +45,7 @@ struct Figures {
   struct Room {
     double capacity = 0.0;  ///< that vehicles may take now
     double taken = 0.0;
-    double free = 0.0;                         ///< for newcomers; 0 also while ticks are late
+    double free = 0.0;                         ///< for newcomers; 0 also while ticks are late, or nearly
     std::map<std::string, double> cost_cores;  ///< of a vehicle with the usual camera, by profile
   };
   struct Vehicle {

@@ -40,6 +40,7 @@ Figures::Totals totals_of(const pilot::Account& account) {
   totals.frames_invalid = value(account.frames_invalid);
   totals.commands_sent = value(account.commands_sent);
   totals.deadlines_missed = value(account.deadlines_missed);
+  totals.ticks_narrow = value(account.ticks_narrow);
   for (std::size_t i = 0; i < totals.samples_refused.size(); ++i) totals.samples_refused[i] = value(account.noted[i]);
   totals.steps = account.steps.counts();
   return totals;

@@ -23,6 +23,7 @@
 #include "common/dds/reader.h"
 #include "gatefield_idl/gatefieldPubSubTypes.h"
 #include "tests/integration/race/programs.h"
+#include "tests/support/keys.h"
 
 namespace gatefield::test {
 namespace {
@@ -75,14 +76,16 @@ class Standby : public ::testing::Test {
  protected:
   void begin(int seed, int laps = 2) {
     programs_ = std::make_unique<Programs>("standby");
-    listener_ = std::make_unique<Listener>();
+    if (!keys_) listener_ = std::make_unique<Listener>();  // in a closed domain nobody else hears commands
     leader_ = start("leader.log", kLeader);
     heir_ = start("heir.log", kHeir);
     ASSERT_TRUE(leader_->wait_for_output("the stand-by is there", 60s)) << logs();
     ASSERT_TRUE(heir_->wait_for_output("the leader is there", 60s)) << logs();
-    sim_ = std::make_unique<Process>(
-        programs_->simulator("sim.log", {"--scenario", "circle-0.3m", "--seed", std::to_string(seed), "--speed", "7",
-                                         "--laps", std::to_string(laps), "--realtime"}));
+    std::vector<std::string> arguments{"--scenario", "circle-0.3m", "--seed", std::to_string(seed),
+                                       "--speed",    "7",           "--laps", std::to_string(laps),
+                                       "--realtime", "--name",      kRacer};
+    if (keys_) arguments.insert(arguments.end(), {"--security", keys_->make("vehicle", kRacer)});
+    sim_ = std::make_unique<Process>(programs_->simulator("sim.log", arguments));
     ASSERT_TRUE(sim_->wait_for_output("lap 1 of ", 60s)) << logs();
     ASSERT_TRUE(heir_->wait_for_output("stands by for session", 20s)) << logs();
     std::this_thread::sleep_for(std::chrono::milliseconds(1000 + 137 * (seed % 10)));
@@ -104,12 +107,15 @@ class Standby : public ::testing::Test {
     std::string all = "---- leader\n" + leader_->output() + "---- stand-by\n" + heir_->output();
     return sim_ ? all + "---- simulator\n" + sim_->output() : all;
   }
-  std::unique_ptr<Process> start(const std::string& log, const std::vector<std::string>& arguments) {
+  std::unique_ptr<Process> start(const std::string& log, std::vector<std::string> arguments) {
+    if (keys_) arguments.insert(arguments.end(), {"--security", keys_->make("server", arguments.at(1))});
     return std::make_unique<Process>(programs_->server(log, arguments));
   }
 
+  static constexpr const char* kRacer = "racer";
   const std::vector<std::string> kLeader{"--name", "a", "--standby", "b", "--standby-of", "b"};
   const std::vector<std::string> kHeir{"--name", "b", "--standby", "a", "--standby-of", "a"};
+  std::unique_ptr<Keys> keys_;  // of a closed domain
   std::unique_ptr<Programs> programs_;
   std::unique_ptr<Listener> listener_;
   std::unique_ptr<Process> leader_, heir_, sim_;
@@ -167,6 +173,14 @@ TEST_F(Standby, ALeaderThatIsDrainedHandsOverAndEnds) {
     EXPECT_NE(leader_->output().find("handed over"), std::string::npos) << logs();
     EXPECT_NE(heir_->output().find("its leader handed it over"), std::string::npos) << logs();
   }
+  EXPECT_LE(fallback_s(), kBusyMachine_s) << logs();
+}
+
+TEST_F(Standby, InAClosedDomainToo) {
+  keys_ = std::make_unique<Keys>("standby");
+  begin(5);
+  leader_->signal(SIGKILL);
+  expect_won();
   EXPECT_LE(fallback_s(), kBusyMachine_s) << logs();
 }
 

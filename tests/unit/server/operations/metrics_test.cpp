@@ -36,6 +36,7 @@ TEST(Metrics, SayWhatTheServerIsAndDoes) {
   service::Figures figures;
   figures.totals.states_received = 100;
   figures.totals.deadlines_missed = 3;
+  figures.totals.ticks_narrow = 4;
   figures.totals.samples_refused[static_cast<std::size_t>(ErrorCode::kNotRising)] = 9;
   figures.requests_refused[static_cast<std::size_t>(ErrorCode::kBusyServer)] = 2;
   const auto samples = samples_of(page_of(figures));
@@ -45,6 +46,7 @@ TEST(Metrics, SayWhatTheServerIsAndDoes) {
   EXPECT_EQ(samples.at("gatefield_well"), 1);
   EXPECT_EQ(samples.at("gatefield_states_received_total"), 100);
   EXPECT_EQ(samples.at("gatefield_deadlines_missed_total"), 3);
+  EXPECT_EQ(samples.at("gatefield_ticks_narrow_total"), 4);
   EXPECT_EQ(samples.at(R"(gatefield_samples_refused_total{code="not_rising"})"), 9);
   EXPECT_EQ(samples.at(R"(gatefield_requests_refused_total{code="busy_server"})"), 2);
   EXPECT_EQ(samples.at("gatefield_packets_dropped_total"), 5);
