@@ -4,6 +4,7 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <utility>
 
+#include "common/dds/environment.h"
 #include "common/dds/qos.h"
 #include "common/dds/reach.h"
 #include "common/dds/shared_memory.h"
@@ -20,6 +21,7 @@ namespace {
 Result<Reach> look_around(std::uint32_t domain, const NetworkOptions& network) {
   if (domain > kMaxDomain)
     return Error{"domain is " + std::to_string(domain) + ", expected 0 to " + std::to_string(kMaxDomain)};
+  if (Status status = check_environment(network); !status) return status.failure().within("network.", "network.");
   auto reach = resolve(network);
   if (!reach) return reach.failure().within("network.", "network.");
   if (network.shared_memory) remove_dead_segments();

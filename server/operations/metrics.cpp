@@ -121,6 +121,8 @@ void tell_vehicles(Page* page, const service::Figures& figures) {
   using Vehicle = service::Figures::Vehicle;
   page->by_vehicle("gatefield_vehicle_silent_seconds", "Since the newest good state came.", figures,
                    [](const Vehicle& v) { return v.silent_s; });
+  page->by_vehicle("gatefield_vehicle_round_trip_seconds", "From state to command, as its client measured it lately.",
+                   figures, [](const Vehicle& v) { return v.round_trip_s; });
   page->by_vehicle("gatefield_vehicle_state_age_seconds", "How far the newest plan's state was predicted forward.",
                    figures, [](const Vehicle& v) { return v.telemetry.health.state_age_s; });
   page->by_vehicle("gatefield_vehicle_latent_age_seconds", "Age of the field that is flown by; -1: none yet.", figures,

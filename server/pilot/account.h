@@ -28,8 +28,9 @@ class Account {
   Counter frames_received{0}, frames_rejected{0}, frames_invalid{0};
   Counter commands_sent{0}, commands_lost{0}, deadlines_missed{0};  ///< lost: not taken by the transport
   Counter ticks_narrow{0};  ///< in time, but the step waited for a thread through more than half of the time it had
-  std::atomic<std::int64_t> encode_time_ns{0};                      ///< of the newest frame
-  std::array<Counter, kErrorCodes> noted{};                         ///< note() by its code
+  std::atomic<std::int64_t> encode_time_ns{0};  ///< of the newest frame
+  std::array<Counter, kErrorCodes> noted{};     ///< note() by its code
+  std::atomic<std::int64_t> round_trip_ns{0};   ///< newest that the client told; 0: none yet
   StepTimes steps;
   std::atomic<std::int64_t> step_cpu_ns{0};  ///< processor time of all steps, of the threads that made them
   std::atomic<std::int64_t> look_cpu_ns{0};  ///< of all looks at frames

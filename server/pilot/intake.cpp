@@ -139,6 +139,8 @@ Intake::Outcome Intake::take_state(const protocol::VehicleState& state, Stamp no
   sample.state.q_WB.normalize();
   sample.thrust_known = state.thrust_known;
   sample.round_trip = state.round_trip;
+  if (state.round_trip.count() > 0)
+    shared_->account.round_trip_ns.store(state.round_trip.count(), std::memory_order_relaxed);
   sample.depth_sequence = state.depth_sequence;
   sample.heard_waypoint = state.heard_waypoint;
   sample.heard_lap = state.heard_lap;

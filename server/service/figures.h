@@ -50,7 +50,8 @@ struct Figures {
   };
   struct Vehicle {
     protocol::Telemetry telemetry;
-    double silent_s = 0.0;  ///< since its newest good state came
+    double silent_s = 0.0;      ///< since its newest good state came
+    double round_trip_s = 0.0;  ///< newest from state to command that the client measured; 0: none yet
     bool lockstep = false;
   };
 

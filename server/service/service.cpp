@@ -251,6 +251,7 @@ void Service::make_figures(const std::vector<std::shared_ptr<pilot::Pilot>>& pil
     Figures::Vehicle& vehicle = made->vehicles.emplace_back();
     pilot->fill(now, &vehicle.telemetry);
     vehicle.silent_s = seconds(now - pilot->intake().last_heard());
+    vehicle.round_trip_s = 1e-9 * static_cast<double>(pilot->account().round_trip_ns.load(std::memory_order_relaxed));
     vehicle.lockstep = pilot->lockstep();
     made->totals += totals_of(pilot->account());
   }

@@ -198,9 +198,8 @@ TEST_F(CrowdedRaces, ARacerWinsAndWhoIsAdmittedIsInTime) {
   const int races = asked != nullptr ? std::atoi(asked) : 0;
   if (races == 0) GTEST_SKIP() << "GATEFIELD_CROWD_RACES says how many";
   Programs programs("crowded-races");
-  Process server =
-      programs.server("server.log", {"--realtime", "--max-vehicles", "64", "--max-priority", "9", "--metrics",
-                                               "127.0.0.1:0"});
+  Process server = programs.server(
+      "server.log", {"--realtime", "--max-vehicles", "64", "--max-priority", "9", "--metrics", "127.0.0.1:0"});
   ASSERT_TRUE(server.wait_for_output("ready: server", 60s)) << server.output();
   Crowd crowd;
   for (int i = 0; i < 64; ++i) crowd.push_back(std::make_unique<Hoverer>("drone-" + std::to_string(i), 20s, true));

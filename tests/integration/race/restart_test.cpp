@@ -78,6 +78,7 @@ TEST(Restart, BringsTheSessionBackSoon) {
   }
   std::printf("%d restarts: the session was back after p50 %.2f s, p99 %.2f s, %.2f s at the most\n", restarts,
               quantile(gone_s, 0.5), quantile(gone_s, 0.99), *std::max_element(gone_s.begin(), gone_s.end()));
+  if (restarts > 1) EXPECT_LE(quantile(gone_s, 0.99), 1.0) << "on a machine with nothing else to do";
 }
 
 }  // namespace

@@ -97,6 +97,25 @@ class Standby : public ::testing::Test {
     EXPECT_TRUE(heir_->wait_for_output("takes over session", 1s)) << logs();
     EXPECT_EQ(sim_->output().find("Reconnected"), std::string::npos) << logs();
   }
+  /// What became of several flights.
+  struct Tally {
+    int flown = 0, won = 0, without_fallback = 0;
+    std::vector<double> gaps_s;
+    void tell() const {
+      std::cout << won << " of " << flown << " won, " << without_fallback << " without fallback; gap in commands p50 "
+                << 1e3 * quantile(gaps_s, 0.5) << " ms, p99 " << 1e3 * quantile(gaps_s, 0.99) << " ms, most "
+                << 1e3 * *std::max_element(gaps_s.begin(), gaps_s.end()) << " ms\n";
+    }
+  };
+  void end(int seed, Tally* tally) {
+    ++tally->flown;
+    tally->won += sim_->wait(0s).value_or(-1) == 0 ? 1 : 0;
+    tally->without_fallback += fallback_s() == 0.0 ? 1 : 0;
+    tally->gaps_s.push_back(listener_->gap_at_change_s());
+    std::cout << "seed " << seed << ": gap " << 1e3 * tally->gaps_s.back() << " ms, " << fallback_s()
+              << " s without a plan\n";
+    sim_.reset(), leader_.reset(), heir_.reset(), listener_.reset();
+  }
   double fallback_s() const {
     const std::string output = sim_->output();
     std::smatch found;
@@ -121,6 +140,7 @@ class Standby : public ::testing::Test {
   std::unique_ptr<Process> leader_, heir_, sim_;
 };
 
+constexpr double kControlPeriod_s = 0.02;  // of the profile race
 /// Without a plan, where other programs take the processor; by itself it is none at all.
 constexpr double kBusyMachine_s = 1.0;
 
@@ -132,24 +152,19 @@ int times(const char* variable) {
 /// GATEFIELD_TAKEOVERS=50 is the long check.
 TEST_F(Standby, ALeaderThatIsKilledCostsNoRace) {
   const int flights = times("GATEFIELD_TAKEOVERS");
-  int won = 0, without_fallback = 0;
-  std::vector<double> gaps_s;
+  Tally tally;
   for (int seed = 1; seed <= flights; ++seed) {
     begin(seed);
     if (HasFatalFailure()) return;
     leader_->signal(SIGKILL);
     expect_won();
-    won += sim_->wait(0s).value_or(-1) == 0 ? 1 : 0;
-    without_fallback += fallback_s() == 0.0 ? 1 : 0;
-    gaps_s.push_back(listener_->gap_at_change_s());
     EXPECT_LE(fallback_s(), kBusyMachine_s) << logs();
-    if (flights > 1)
-      std::cout << "seed " << seed << ": gap " << 1e3 * gaps_s.back() << " ms, " << fallback_s()
-                << " s without a plan\n";
-    sim_.reset(), leader_.reset(), heir_.reset(), listener_.reset();
+    end(seed, &tally);
   }
-  std::cout << won << " of " << flights << " won, " << without_fallback << " without fallback; gap in commands p50 "
-            << 1e3 * quantile(gaps_s, 0.5) << " ms, p99 " << 1e3 * quantile(gaps_s, 0.99) << " ms\n";
+  tally.tell();
+  if (flights == 1) return;  // on a busy machine that says nothing
+  EXPECT_EQ(tally.without_fallback, flights);
+  EXPECT_LE(quantile(tally.gaps_s, 0.99), 0.12);
 }
 
 TEST_F(Standby, ALeaderThatIsHeldUpLetsGoWhenItIsBack) {
@@ -163,17 +178,28 @@ TEST_F(Standby, ALeaderThatIsHeldUpLetsGoWhenItIsBack) {
   EXPECT_LE(fallback_s(), kBusyMachine_s) << logs();
 }
 
+/// GATEFIELD_DRAINS=20 is the long check: no tick is missed.
 TEST_F(Standby, ALeaderThatIsDrainedHandsOverAndEnds) {
-  begin(3);
-  leader_->signal(SIGUSR1);
-  EXPECT_EQ(leader_->wait(20s).value_or(-1), 0) << logs();
-  expect_won();
-  // Where the machine was too busy for 60 ms, the stand-by had taken it before.
-  if (leader_->output().find("its stand-by flies it") == std::string::npos) {
-    EXPECT_NE(leader_->output().find("handed over"), std::string::npos) << logs();
-    EXPECT_NE(heir_->output().find("its leader handed it over"), std::string::npos) << logs();
+  const int flights = times("GATEFIELD_DRAINS");
+  Tally tally;
+  for (int seed = 3; seed < 3 + flights; ++seed) {
+    begin(seed);
+    if (HasFatalFailure()) return;
+    leader_->signal(SIGUSR1);
+    EXPECT_EQ(leader_->wait(20s).value_or(-1), 0) << logs();
+    expect_won();
+    // Where the machine was too busy for 60 ms, the stand-by had taken it before.
+    if (flights > 1 || leader_->output().find("its stand-by flies it") == std::string::npos) {
+      EXPECT_NE(leader_->output().find("handed over"), std::string::npos) << logs();
+      EXPECT_NE(heir_->output().find("its leader handed it over"), std::string::npos) << logs();
+    }
+    EXPECT_LE(fallback_s(), kBusyMachine_s) << logs();
+    end(seed, &tally);
   }
-  EXPECT_LE(fallback_s(), kBusyMachine_s) << logs();
+  tally.tell();
+  if (flights == 1) return;
+  EXPECT_EQ(tally.without_fallback, flights);
+  EXPECT_LT(*std::max_element(tally.gaps_s.begin(), tally.gaps_s.end()), 2.0 * kControlPeriod_s) << "no tick is missed";
 }
 
 TEST_F(Standby, InAClosedDomainToo) {

@@ -1,8 +1,11 @@
 #include "common/dds/network.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -140,6 +143,32 @@ TEST(Environment, WhatWouldBeHalfAppliedIsNamedAndTakenAway) {
   EXPECT_EQ(std::getenv("FASTDDS_ENVIRONMENT_FILE"), nullptr);
   EXPECT_EQ(std::getenv("FASTDDS_STATISTICS"), nullptr);
   EXPECT_EQ(settle_environment({}).size(), 1u);  // ROS_DISCOVERY_SERVER is honoured, and stays
+}
+
+TEST(Environment, AFileThatAsksForSecurityIsRefusedAndNotForgotten) {
+  const auto folder = std::filesystem::temp_directory_path() / ("gatefield-environment-" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  const std::string plain = folder / "plain.xml", secured = folder / "secured.xml";
+  std::ofstream(plain) << "<profiles><participant/></profiles>";
+  std::ofstream(secured) << "<property><name>dds.sec.auth.plugin</name><value>builtin.PKI-DH</value></property>";
+  {
+    const Variable profiles("FASTRTPS_DEFAULT_PROFILES_FILE", plain.c_str());
+    EXPECT_TRUE(check_environment({}).ok());
+  }
+  for (const char* name : {"FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"}) {
+    const Variable profiles(name, secured.c_str());
+    for (int i = 0; i < 2; ++i) {
+      const Status status = check_environment({});
+      ASSERT_FALSE(status.ok());
+      EXPECT_EQ(status.failure().field, "security");
+      EXPECT_NE(status.error().find(secured), std::string::npos) << status.error();
+      settle_environment({});  // what a program says at its start doesn't hide it
+    }
+    NetworkOptions closed;
+    closed.security = "/keys/drone";
+    EXPECT_TRUE(check_environment(closed).ok());
+  }
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

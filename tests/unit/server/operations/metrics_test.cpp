@@ -91,9 +91,11 @@ TEST(Metrics, EachVehicleHasItsLinesWhileItIsThere) {
   vehicle.telemetry.health.state_age_s = 0.025;
   vehicle.telemetry.health.problems = protocol::bit(protocol::Problem::kDepthMissing);
   vehicle.silent_s = 0.5;
+  vehicle.round_trip_s = 0.25;
   const auto samples = samples_of(page_of(figures));
   EXPECT_EQ(samples.at("gatefield_sessions"), 1);
   EXPECT_EQ(samples.at(R"(gatefield_vehicle_silent_seconds{vehicle="red"})"), 0.5);
+  EXPECT_EQ(samples.at(R"(gatefield_vehicle_round_trip_seconds{vehicle="red"})"), 0.25);
   EXPECT_EQ(samples.at(R"(gatefield_vehicle_state_age_seconds{vehicle="red"})"), 0.025);
   EXPECT_EQ(samples.at(R"(gatefield_vehicle_problem{vehicle="red",problem="depth_missing"})"), 1);
   EXPECT_THAT(page_of({}), Not(HasSubstr("vehicle=\"")));

@@ -108,6 +108,9 @@ TEST_F(ServiceTest, FiguresCountWhatCameAndOutliveSessions) {
   for (std::uint64_t i = 1; i <= 3; ++i) send_state(reply, i, 50s + i * Stamp(10ms));
   send_state(reply, 3, 50s);  // again
   service_->on_state(testing::hover_state("nobody", 1, 1, 50s));
+  auto told = testing::hover_state("drone", reply.session, 4, 50s + 40ms);
+  told.round_trip = 20ms;
+  service_->on_state(told);
   service_->session_of("drone")->stepping().step(clock_.now());
   service_->session_of("drone")->stepping().solved(1ms);
   clock_.advance(1s);
@@ -117,13 +120,14 @@ TEST_F(ServiceTest, FiguresCountWhatCameAndOutliveSessions) {
   EXPECT_EQ(figures->sessions_begun, 1u);
   EXPECT_EQ(figures->strays, 1u);
   EXPECT_EQ(figures->requests_refused[index(ErrorCode::kUnknownName)], 1u);
-  EXPECT_EQ(figures->totals.states_received, 4u);
+  EXPECT_EQ(figures->totals.states_received, 5u);
   EXPECT_EQ(figures->totals.states_rejected, 1u);
   EXPECT_EQ(figures->totals.samples_refused[index(ErrorCode::kNotRising)], 1u);
   EXPECT_EQ(figures->totals.steps.all(), 1u);
   ASSERT_EQ(figures->vehicles.size(), 1u);
   EXPECT_EQ(figures->vehicles[0].telemetry.vehicle, "drone");
   EXPECT_DOUBLE_EQ(figures->vehicles[0].silent_s, 1.0);
+  EXPECT_DOUBLE_EQ(figures->vehicles[0].round_trip_s, 0.02);
 
   auto leave = join_request();
   leave.action = protocol::SessionRequest::Action::kLeave;
@@ -132,7 +136,7 @@ TEST_F(ServiceTest, FiguresCountWhatCameAndOutliveSessions) {
   service_->housekeep();
   figures = service_->figures();
   EXPECT_TRUE(figures->vehicles.empty());
-  EXPECT_EQ(figures->totals.states_received, 4u);
+  EXPECT_EQ(figures->totals.states_received, 5u);
   EXPECT_EQ(figures->totals.steps.all(), 1u);
 }
 
