@@ -17,7 +17,7 @@ Speakers::Asker* Speakers::asker(const ParticipantId& from, Stamp now) {
   const auto found = std::find_if(askers_.begin(), askers_.end(), [&](const Asker& one) { return one.from == from; });
   if (found != askers_.end()) return &*found;
   if (askers_.size() >= kMaxRemembered) return nullptr;
-  askers_.push_back({from, {limits_.requests_per_s, now}});
+  askers_.push_back({from, {limits_.requests_per_s, now}, {limits_.bytes_per_s, now}});
   return &askers_.back();
 }
 
@@ -81,7 +81,7 @@ void Speakers::bind(std::string_view vehicle, std::uint64_t number) {
   });
   if (found == claims_.end()) return;
   auto [session, fresh] = sessions_.try_emplace(std::string(vehicle));
-  if (fresh || session->second.owner != found->from) session->second = {found->from, {}, {}};
+  if (fresh || session->second.owner != found->from) session->second = {found->from, {}};
 }
 
 void Speakers::unbind(std::string_view vehicle) {
@@ -96,10 +96,10 @@ SampleFault Speakers::may_speak(const ParticipantId& from, std::string_view vehi
                                      : sessions_.find(vehicle);
   if (found == sessions_.end()) return find(from, vehicle) ? SampleFault::kElsewhere : SampleFault::kStranger;
   if (found->second.owner != from) return SampleFault::kStranger;
-  Session& session = found->second;
-  const bool often = !session.samples.take(1.0, limits_.samples_per_s, now);
-  return often || !session.bytes.take(static_cast<double>(bytes), limits_.bytes_per_s, now) ? SampleFault::kTooOften
-                                                                                            : SampleFault::kNone;
+  Asker* const who = asker(from, now);
+  const bool often = who == nullptr || !found->second.samples.take(1.0, limits_.samples_per_s, now);
+  return often || !who->bytes.take(static_cast<double>(bytes), limits_.bytes_per_s, now) ? SampleFault::kTooOften
+                                                                                         : SampleFault::kNone;
 }
 
 bool Speakers::may_send_fragments(const ParticipantId& from, std::uint32_t sample_bytes) const {

@@ -22,7 +22,7 @@ struct SpeakerLimits {
   std::size_t names = 8;                      ///< vehicles that it asks for at the same time
   double requests_per_s = 100;                ///< requests; as many may come at once
   double samples_per_s = 4'000;               ///< states and depth frames of a vehicle with a session; as many at once
-  double bytes_per_s = 1e9;                   ///< of those; as many at once
+  double bytes_per_s = 1e9;                   ///< of those, of all its vehicles together; as many at once
   std::uint32_t fragmented_bytes = 64 << 10;  ///< size of a sample in fragments, of one without a session
 };
 /// Requests that a server remembers, of all participants together.
@@ -74,11 +74,11 @@ class Speakers {
   };
   struct Asker {
     ParticipantId from;
-    Allowance requests;
+    Allowance requests, bytes;
   };
   struct Session {
     ParticipantId owner;
-    Allowance samples, bytes;
+    Allowance samples;
   };
   Asker* asker(const ParticipantId& from, Stamp now);
   Claim* find(const ParticipantId& from, std::string_view vehicle);

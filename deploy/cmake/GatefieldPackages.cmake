@@ -33,7 +33,7 @@ configure_file(${PROJECT_SOURCE_DIR}/deploy/debian/changelog.in ${PROJECT_BINARY
 execute_process(COMMAND gzip -9nf ${PROJECT_BINARY_DIR}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)
 
 set(same_version "gatefield-models (>= ${PROJECT_VERSION})")
-gatefield_package(server gatefield-server net "${same_version}"
+gatefield_package(server gatefield-server net "${same_version}, adduser"
   "planning server for drones that race through gates"
   "Takes depth images and vehicle states over DDS and answers with plans: thrust\nrates, or collective thrust and body rates.")
 gatefield_package(simulator gatefield-simulator science "${same_version}"

@@ -5,7 +5,8 @@ in the middle; some send states that no vehicle is in, and somebody sends packet
   soak.py [--minutes 120] [--domain 9] [--programs build/release] [--seed 1]
 
 Every round of a minute ends with a quiet moment, in which memory, threads, descriptors, files and /dev/shm are read.
-Prints them; exit code 0 when none has grown since the warm-up (a tenth of the rounds, three at least) beyond its bar.
+Prints them; exit code 0 when none has grown since the warm-up (a tenth of the rounds, three at least) beyond its bar,
+and at least four sessions a minute were flown.
 Linux only.
 """
 import argparse
@@ -24,6 +25,7 @@ import time
 ROUND_S, QUIET_S = 55.0, 6.0  # a participant that was killed is given up after 3 s
 SLOTS = 3
 MOST_GROWTH_KB = 2048
+LEAST_SESSIONS_A_MINUTE = 500 / 120
 SIZES = ((160, 90, 60), (320, 240, 30), (640, 480, 30))
 
 
@@ -152,16 +154,19 @@ def main():
     if len(samples) < warm + 2:
         print(f"{len(samples)} rounds are too few to tell growth, expected {warm + 2}: more --minutes")
         return 1
-    # A server's memory goes up and down with its sessions: the middles of the first and of the last third are compared.
-    third = max(1, (len(samples) - warm) // 3)
+    # A server's memory goes up and down with its sessions: the middles of the first and of the last few are compared.
+    few = max(1, (len(samples) - warm) // 10)
     middle = lambda part, name: statistics.median(one[name] for one in part)
-    growth = {name: middle(samples[-third:], name) - middle(samples[warm:warm + third], name) for name in samples[0]}
+    growth = {name: middle(samples[-few:], name) - middle(samples[warm:warm + few], name) for name in samples[0]}
     print(f"growth since the warm-up of {warm} rounds: {growth}")
     bars = {"rss_kb": MOST_GROWTH_KB, "threads": 0, "descriptors": 0, "files": 0}  # /dev/shm is everybody's
     grown = [name for name, bar in bars.items() if growth[name] > bar]
     if grown:
         print("grown beyond the bar: " + ", ".join(grown))
-    return 1 if grown else 0
+    wanted = int(LEAST_SESSIONS_A_MINUTE * options.minutes)
+    if state["sessions"] < wanted:
+        print(f"{state['sessions']} sessions are too few, expected {wanted}: a faster machine, or one that does less else")
+    return 1 if grown or state["sessions"] < wanted else 0
 
 
 if __name__ == "__main__":

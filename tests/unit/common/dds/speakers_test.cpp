@@ -118,6 +118,15 @@ TEST_F(SpeakersTest, RequestsAndSamplesHaveARate) {
   EXPECT_EQ(speakers_.may_speak(kVictim, "drone", 2'000'000'000, 4s), Fault::kTooOften) << "bytes have one, too";
 }
 
+TEST_F(SpeakersTest, BytesOfAllVehiclesOfAParticipantCountTogether) {
+  EXPECT_EQ(speakers_.may_ask(kVictim, "second", 1s), Fault::kNone);
+  EXPECT_TRUE(speakers_.claim(kVictim, "second", 71, {}));
+  speakers_.bind("second", 71);
+  EXPECT_EQ(speakers_.may_speak(kVictim, "drone", 600'000'000, 2s), Fault::kNone);
+  EXPECT_EQ(speakers_.may_speak(kVictim, "second", 600'000'000, 2s), Fault::kTooOften);
+  EXPECT_EQ(speakers_.may_speak(kVictim, "second", 300'000'000, 2s), Fault::kNone);
+}
+
 TEST_F(SpeakersTest, LargeSamplesInFragmentsTakeASession) {
   EXPECT_TRUE(speakers_.may_send_fragments(kStranger, 7'000)) << "a request";
   EXPECT_FALSE(speakers_.may_send_fragments(kStranger, 6'000'000)) << "memory is set aside for the first fragment";
