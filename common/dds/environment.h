@@ -14,9 +14,10 @@ namespace gatefield::dds {
 /// @return for people, a sentence for each variable or file that was found: what comes of it
 std::vector<std::string> settle_environment(const NetworkOptions& options);
 
-/// Whoever asks for security in a file of XML profiles must not fly unprotected because nobody reads it. Any program and
-/// library user: looks at the variables and files above that Fast DDS would read.
-/// Errors: kInvalid with the field "security", where such a file holds a property dds.sec. and options.security is empty.
+/// Whoever asks for security in a file of XML profiles must not fly unprotected because nobody reads it. For any
+/// program and library user: looks at the variables and files above that Fast DDS would read.
+/// Errors: kInvalid with the field "security", where such a file holds a property dds.sec. and options.security is
+/// empty.
 /// Thread-safe: as std::getenv.
 Status check_environment(const NetworkOptions& options);
 

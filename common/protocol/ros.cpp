@@ -42,7 +42,7 @@ Status validate(const Image& image) {
       return Error::invalid(field, text(side), "1 to " + text(kMaxImageSide_px) + " pixels");
   const std::uint32_t bytes = pixel_bytes(image.encoding);
   if (bytes == 0)
-    return Error::invalid("encoding", "'" + image.encoding.substr(0, 32) + "'",
+    return Error::invalid("encoding", "'" + shown(image.encoding, 32) + "'",
                           "16UC1, mono16 or 32FC1: publish depth that is not compressed");
   if (image.step_bytes < image.width * bytes)
     return Error::invalid("step", text(image.step_bytes), "at least " + text(image.width * bytes) + " bytes");
@@ -61,7 +61,7 @@ Status validate_topic(const std::string& field, const std::string& name) {
     good = c == '/' ? !begins : std::isalpha(c) != 0 || c == '_' || (std::isdigit(c) != 0 && !begins);
   }
   if (good) return {};
-  return Error::invalid(field, "'" + name.substr(0, kMaxLength) + "'",
+  return Error::invalid(field, "'" + shown(name, kMaxLength) + "'",
                         "a topic's whole name as ros2 topic list shows it, such as \"/mocap/racer/pose\"");
 }
 

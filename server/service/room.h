@@ -48,10 +48,10 @@ struct ServerReading {
 /// left. Perception counts up to what its threads can do, since it skips frames. Measuring is a matter of processor
 /// time, not of the clock's: other programs on the same cores change little in it, and show as late ticks (LateTicks).
 /// These close the room by themselves, and teach how much the others leave: what was taken while ticks were late is the
-/// most that may be taken for kHold, or kHoldShed when somebody had to go; then the most grows back slowly. Trying costs
-/// ticks, so whoever has to go on the way back makes the next such time twice as long. While vehicles take less than
-/// kBlameless of the capacity, other programs make ticks late: only an overload closes the room then, and for as long as
-/// it is there.
+/// most that may be taken for kHold, or kHoldShed when somebody had to go; then the most grows back slowly. Trying
+/// costs ticks, so whoever has to go on the way back makes the next such time twice as long. While vehicles take less
+/// than kBlameless of the capacity, other programs make ticks late: only an overload closes the room then, and for as
+/// long as it is there.
 /// Thread-safe: no (housekeeping).
 class Room {
  public:

@@ -123,7 +123,7 @@ Result<Settings> read_settings(msp::Connection& connection, std::chrono::nanosec
   if (!variant) return variant.failure();
   settings.variant = msp::read_variant(*variant);
   if (settings.variant != "BTFL")
-    return Error::invalid("firmware", "'" + settings.variant + "'",
+    return Error::invalid("firmware", "'" + shown(settings.variant, 16) + "'",
                           "Betaflight (BTFL); flash it, or use another bridge", ErrorCode::kUnsupported);
   Status status;
   const auto take = [&](std::uint16_t command, auto read, auto* into) {

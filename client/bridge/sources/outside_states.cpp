@@ -1,5 +1,7 @@
 #include "client/bridge/sources/outside_states.h"
 
+#include "common/base/text.h"
+
 namespace gatefield::bridge::sources {
 namespace {
 
@@ -28,7 +30,7 @@ OutsideStates::OutsideStates(const StateOptions& options)
 bool OutsideStates::in_frame(const ros::Header& header) {
   if (options_.frame_id.empty() || header.frame_id == options_.frame_id) return true;
   admission_.refuse(Refusal::kFrame,
-                    Error::invalid("header.frame_id", "'" + header.frame_id.substr(0, 64) + "'",
+                    Error::invalid("header.frame_id", "'" + shown(header.frame_id, 64) + "'",
                                    "'" + options_.frame_id + "', as states.frame_id of the configuration says"));
   return false;
 }

@@ -5,6 +5,8 @@
 #include <functional>
 #include <limits>
 
+#include "common/base/text.h"
+
 namespace gatefield::ros {
 namespace {
 
@@ -52,6 +54,13 @@ TEST(Ros, EachNumberOfOdometryOutOfRangeIsNamed) {
   Odometry odometry;
   odometry.pose.header.stamp = std::chrono::nanoseconds(-1);
   EXPECT_EQ(validate(odometry).failure().field, "header.stamp");
+}
+
+TEST(Ros, WordsOfStrangersForgeNoLines) {
+  Image image = good_image();
+  image.encoding = "16\nerror: \x1b[2J";
+  EXPECT_TRUE(printable(validate(image).error())) << validate(image).error();
+  EXPECT_TRUE(printable(validate_topic("topic", "/a\n/b").error()));
 }
 
 TEST(Ros, EachFieldOfAnImageOutOfRangeIsNamed) {
