@@ -32,7 +32,7 @@ using ::testing::HasSubstr;
 /// A vehicle that hovers before a gate that it never shows: states at 100 Hz, no frames.
 class Hoverer {
  public:
-  /// @param patience   with which it asks the first time; then it goes on asking for as long as it lives
+  /// @param patience   with which it asks until it was told that there is no room; then it asks for as long as it lives
   /// @param far_away   takes only what others leave of the processor, as if it had one of its own
   explicit Hoverer(const std::string& name, std::chrono::milliseconds patience, bool far_away = false)
       : thread_([this, name, patience, far_away] {
@@ -73,7 +73,7 @@ class Hoverer {
         const std::lock_guard lock(mutex_);
         words_ = client.error();
         told_ = told_ || client.failure().code == ErrorCode::kBusyServer;
-        options.connect_timeout = 1h;
+        if (told_) options.connect_timeout = 1h;
         continue;
       }
       hover(client.value().get());
