@@ -130,7 +130,7 @@ class Room {
   Stamp held_until_{0};                         // not more until then
   Stamp shed_held_until_{0};                    // the same, for somebody who had to go; 0: nobody had to, of late
   std::chrono::nanoseconds hold_shed_ = kHoldShed;
-  double other_ = 0.0;                          // cores of the middleware and all else, as measured
+  double other_ = 0.0;  // cores of the middleware and all else, as measured
   Stamp measured_at_{0};
   ServerReading server_;
 };
