@@ -114,7 +114,7 @@ class Steps {
   }
 
  private:
-  const MonotonicClock clock_;
+  const MonotonicClock clock_{};
   mutable std::mutex mutex_;
   std::vector<std::uint64_t> made_;
 };
