@@ -169,7 +169,8 @@ void fill_common(const Reach& reach, Guard guard, DomainParticipantQos* qos) {
   qos->transport().use_builtin_transports = false;
   qos->transport().send_socket_buffer_size = kSocketBuffer_bytes;
   qos->transport().listen_socket_buffer_size = kSocketBuffer_bytes;
-  qos->transport().user_transports.push_back(guarded(udp_transport(reach, guard.closed), std::move(guard)));
+  auto below = udp_transport(reach, guard.closed);
+  qos->transport().user_transports.push_back(guarded(std::move(below), std::move(guard)));
 }
 
 /// Authentication, access control and encryption by these files.
