@@ -31,12 +31,12 @@ class LateTicks {
   static constexpr std::chrono::nanoseconds kPause = std::chrono::seconds(4);
   static constexpr std::chrono::nanoseconds kLongestPause = std::chrono::seconds(64);
 
-  /// What came since the last call.
   struct Ticks {
     std::uint64_t all = 0;
     std::uint64_t late = 0;
     std::uint64_t narrow = 0;  ///< in time, after waiting for a thread through more than half of the time they had
   };
+  /// What came since the last call.
   void add(Stamp now, const Ticks& ticks);
 
   /// Too many for one more vehicle.
