@@ -22,11 +22,6 @@ Status validate(const Profile& profile) {
     if (!(value >= field.min && value <= field.max))
       return wrong(field.name, text(value), text(field.min) + " to " + text(field.max));
   }
-  for (std::size_t i = 0; i < profile.noise_sigma_n_s.size(); ++i) {
-    const double value = profile.noise_sigma_n_s[i];
-    if (!(value >= 0 && value <= 1000))
-      return wrong("noise_sigma_n_s[" + std::to_string(i) + "]", text(value), "0 to 1000 N/s");
-  }
   if (profile.samples % 16 != 0) return wrong("samples", text(profile.samples), "a multiple of 16");
   if (profile.temperature_min > profile.temperature_max)
     return wrong("temperature_min", text(profile.temperature_min), "at most temperature_max");

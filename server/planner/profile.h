@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <string>
 
 #include "common/base/result.h"
@@ -18,16 +17,22 @@ struct Profile {
   std::string name = "race";
 
   // Sampling (paper, Table "parameters used in simulation")
-  int samples = 2048;                                 ///< M, a multiple of 16
-  int steps = 20;                                     ///< K
-  double step_s = 0.03;                               ///< dt
-  double control_rate_hz = 100;                       ///< plans a second
-  double thrust_rate_limit_n_s = 30.0;                ///< per rotor; the vehicle's own limit holds as well
-  std::array<double, 4> noise_sigma_n_s{3, 3, 3, 9};  ///< collective, roll, pitch, yaw in mixer space
-  double noise_correlation = 0.0;  ///< between neighbouring steps; 0: white. The spread of each step stays the same
+  int samples = 2048;            ///< M, a multiple of 16
+  int steps = 20;                ///< K
+  double step_s = 0.03;          ///< dt
+  double control_rate_hz = 100;  ///< plans a second
+
+  // Vehicles that are asked for rotor thrusts (Actuation::Kind::kRotorThrusts): how fast those change. Thrusts count in
+  // hover thrusts (per rotor), torques by what they do to the vehicle, so that a profile fits vehicles of any mass and
+  // inertia. The defaults are 3 N/s of collective, roll and pitch, 9 N/s of yaw, per rotor, of the vehicle `racer`.
+  double rotors_change_limit_s = 15.0;  ///< of each rotor's thrust, hover thrusts per second; its own limit holds, too
+  double rotors_thrust_sigma_s = 1.473785048;     ///< spread of the collective's change, hover thrusts per second
+  double rotors_tilt_sigma_rad_s3 = 298.4516129;  ///< of the change of the angular acceleration about x and y
+  double rotors_yaw_sigma_rad_s3 = 115.2;
+  double rotors_correlation = 0.0;  ///< between neighbouring steps; 0: white. The spread of each step stays the same
 
   // Vehicles that are asked for collective thrust and body rates (Actuation::Kind::kBodyRates). Thrusts are parts of
-  // the hover's or of the total, so that a profile fits vehicles of any mass.
+  // the hover's or of the total.
   bool rates_by_changes = false;         ///< samples changes per second instead of what is asked for
   double rates_correlation = 0.85;       ///< of what is asked for between neighbouring steps; changes are white
   double rates_thrust_sigma = 0.3;       ///< spread of what is asked for, hover thrusts
@@ -136,8 +141,11 @@ inline constexpr SwitchField kSwitchFields[] = {
 inline constexpr NumberField kNumberFields[] = {
     {"step_s", &Profile::step_s, 0.005, 0.2},
     {"control_rate_hz", &Profile::control_rate_hz, 5, 500},
-    {"thrust_rate_limit_n_s", &Profile::thrust_rate_limit_n_s, 0.1, 1e5},
-    {"noise_correlation", &Profile::noise_correlation, 0, 0.95},
+    {"rotors_change_limit_s", &Profile::rotors_change_limit_s, 0.1, 1e4},
+    {"rotors_thrust_sigma_s", &Profile::rotors_thrust_sigma_s, 0, 1000},
+    {"rotors_tilt_sigma_rad_s3", &Profile::rotors_tilt_sigma_rad_s3, 0, 1e6},
+    {"rotors_yaw_sigma_rad_s3", &Profile::rotors_yaw_sigma_rad_s3, 0, 1e6},
+    {"rotors_correlation", &Profile::rotors_correlation, 0, 0.95},
     {"rates_correlation", &Profile::rates_correlation, 0, 0.99},
     {"rates_thrust_sigma", &Profile::rates_thrust_sigma, 0, 10},
     {"rates_tilt_sigma_rad_s", &Profile::rates_tilt_sigma_rad_s, 0, 100},
@@ -178,7 +186,7 @@ inline constexpr NumberField kNumberFields[] = {
     {"near_m", &Profile::near_m, 0, 50},
 };
 
-/// Words of the field progress_metric. Beside these tables a file has `name` and `noise_sigma_n_s` (four numbers).
+/// Words of the field progress_metric. Beside these tables a file has `name`.
 inline constexpr MetricName kProgressMetrics[] = {
     {"SQUARED_DISTANCE", ProgressMetric::kSquaredDistance},
     {"DISTANCE", ProgressMetric::kDistance},

@@ -40,7 +40,6 @@ class Schema {
       return field;
     };
     add("name", FieldDescriptorProto::TYPE_STRING, FieldDescriptorProto::LABEL_REQUIRED);
-    add("noise_sigma_n_s", FieldDescriptorProto::TYPE_DOUBLE, FieldDescriptorProto::LABEL_REPEATED);
     add("progress_metric", FieldDescriptorProto::TYPE_ENUM, FieldDescriptorProto::LABEL_OPTIONAL)
         ->set_type_name(".gatefield.planner.ProgressMetric");
     for (const IntegerField& field : kIntegerFields)
@@ -82,20 +81,6 @@ Result<Profile> load_profile(const std::filesystem::path& file) {
     if (has(entry.name)) profile.*entry.member = reflection->GetBool(*config, field(entry.name));
   if (has("progress_metric"))
     profile.progress_metric = static_cast<ProgressMetric>(reflection->GetEnumValue(*config, field("progress_metric")));
-  const int sigmas = reflection->FieldSize(*config, field("noise_sigma_n_s"));
-  if (sigmas != 0) {
-    if (sigmas != static_cast<int>(profile.noise_sigma_n_s.size())) {
-      Error error(file.string() + ": noise_sigma_n_s has " + std::to_string(sigmas) +
-                      " entries, expected 4 (collective, roll, pitch, yaw)",
-                  ErrorCode::kInvalid, "profile.noise_sigma_n_s");
-      error.value = std::to_string(sigmas) + " entries";
-      error.expected = "4 (collective, roll, pitch, yaw)";
-      return error;
-    }
-    for (std::size_t i = 0; i < profile.noise_sigma_n_s.size(); ++i)
-      profile.noise_sigma_n_s[i] =
-          reflection->GetRepeatedDouble(*config, field("noise_sigma_n_s"), static_cast<int>(i));
-  }
   if (Status status = validate(profile); !status) return status.failure().within(file.string() + ": ");
   return profile;
 }

@@ -196,7 +196,7 @@ class Watcher final : public RolloutObserver {
 
 TEST(Mppi, ADisturbanceMovesRolloutsAndPlanAlike) {
   Profile profile = small_profile();
-  profile.noise_sigma_n_s = {0, 0, 0, 0};
+  profile.rotors_thrust_sigma_s = profile.rotors_tilt_sigma_rad_s3 = profile.rotors_yaw_sigma_rad_s3 = 0;
   PlanInput input = towards(upright_gate({50, 0, 1.5}, 0), nullptr, hovering_at({0, 0, 1.5}));
   input.disturbance_W_m_s2 = {2.0, 0, 0};
   Watcher watcher;
@@ -216,8 +216,8 @@ TEST(Mppi, CorrelatedNoiseReachesFartherAndStillFliesThrough) {
   const AnalyticField field(X_WG);
   const auto reach = [&](double correlation) {
     Profile profile = small_profile();
-    profile.noise_sigma_n_s = {3, 0, 0, 0};  // up and down only
-    profile.noise_correlation = correlation;
+    profile.rotors_tilt_sigma_rad_s3 = profile.rotors_yaw_sigma_rad_s3 = 0;  // up and down only
+    profile.rotors_correlation = correlation;
     const PlanInput input = towards(X_WG, &field, hovering_at({0, 0, 1.5}));
     Watcher watcher;
     const auto planner = make(profile);
@@ -230,7 +230,7 @@ TEST(Mppi, CorrelatedNoiseReachesFartherAndStillFliesThrough) {
   };
   EXPECT_GT(reach(0.8), 1.4 * reach(0.0));
   Profile profile = small_profile();
-  profile.noise_correlation = 0.5;
+  profile.rotors_correlation = 0.5;
   const Eigen::Vector3d crossing_G = fly_through(*make(profile), X_WG, &field, hovering_at({0, 0, 1.5}));
   EXPECT_GE(crossing_G.x(), 0.0);
   EXPECT_LT(std::max(std::abs(crossing_G.y()), std::abs(crossing_G.z())), 0.5 - 0.13);
@@ -258,7 +258,9 @@ TEST(Mppi, HoldStaysAtThePoint) {
 TEST(Mppi, PlansStayWithinTheVehiclesLimits) {
   const Eigen::Isometry3d X_WG = upright_gate({5, 0, 4}, 0);
   Profile profile = small_profile();
-  profile.noise_sigma_n_s = {100, 100, 100, 100};
+  profile.rotors_thrust_sigma_s *= 33;
+  profile.rotors_tilt_sigma_rad_s3 *= 33;
+  profile.rotors_yaw_sigma_rad_s3 *= 11;
   const auto planner = make(profile);
   const QuadrotorModel model;
   Plan plan;

@@ -47,7 +47,7 @@ TEST(Profile, EveryFieldOfTheTablesIsReadFromAFile) {
 }
 
 TEST(Profile, NoNameStandsTwiceInTheTables) {
-  std::set<std::string> names{"name", "noise_sigma_n_s", "progress_metric"};
+  std::set<std::string> names{"name", "progress_metric"};
   const auto add = [&](const char* name) { EXPECT_TRUE(names.insert(name).second) << name; };
   for (const auto& field : kIntegerFields) add(field.name);
   for (const auto& field : kNumberFields) add(field.name);
@@ -79,11 +79,11 @@ TEST(Profile, TheShippedOnesLoad) {
 
 TEST(Profile, WhatAFileSaysIsTakenAndTheRestStaysDefault) {
   const auto profile = load_profile(write(
-      "name: \"mine\" samples: 512 funnel: false noise_sigma_n_s: [1, 2, 3, 4] progress_metric: SQUARED_DISTANCE"));
+      "name: \"mine\" samples: 512 funnel: false rotors_thrust_sigma_s: 2 progress_metric: SQUARED_DISTANCE"));
   ASSERT_TRUE(profile.ok()) << profile.error();
   EXPECT_EQ(profile->samples, 512);
   EXPECT_FALSE(profile->funnel);
-  EXPECT_EQ(profile->noise_sigma_n_s[3], 4.0);
+  EXPECT_EQ(profile->rotors_thrust_sigma_s, 2.0);
   EXPECT_EQ(profile->progress_metric, ProgressMetric::kSquaredDistance);
   EXPECT_EQ(profile->steps, Profile{}.steps);
 }
@@ -97,10 +97,6 @@ TEST(Profile, MistakesAreNamedWithTheirPlace) {
   const auto odd = load_profile(write("name: \"x\" samples: 100"));
   ASSERT_FALSE(odd.ok());
   EXPECT_NE(odd.error().find("multiple of 16"), std::string::npos) << odd.error();
-
-  const auto noise = load_profile(write("name: \"x\" noise_sigma_n_s: [1, 2]"));
-  ASSERT_FALSE(noise.ok());
-  EXPECT_NE(noise.error().find("expected 4"), std::string::npos) << noise.error();
 }
 
 }  // namespace
