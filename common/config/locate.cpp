@@ -54,13 +54,16 @@ Result<fs::path> find_config(const std::string& kind, const std::string& name, c
   if (is_file(given)) return given;
   const bool short_name = given.filename() == given && given.extension() != ".txt";
   std::error_code failure;
-  if (fs::is_directory(given, failure))
-    return Error{"is a folder, expected a text file", ErrorCode::kUnreadable}.at(name);
+  const bool folder_there = fs::is_directory(given, failure);
+  const auto is_folder = [&] { return Error{"is a folder, expected a text file", ErrorCode::kUnreadable}.at(name); };
+  if (!short_name && folder_there) return is_folder();
   if (!short_name) return Error{"does not exist, expected a text file", ErrorCode::kUnreadable}.at(name);
   const auto folder = config_folder();
   if (!folder) return folder.failure();
+  // A folder of that name is no reason to miss what ships: results are often called as the campaign is.
   const fs::path shipped = *folder / kind / (name + ".txt");
   if (is_file(shipped)) return shipped;
+  if (folder_there) return is_folder();
   return Error{"'" + name + "' is neither a file nor one of the " + kind + " in " + (*folder / kind).string() +
                    ", expected a path or one of: " + shipped_names(*folder / kind),
                ErrorCode::kUnknownName};
