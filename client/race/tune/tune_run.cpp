@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "client/race/files.h"
 #include "client/race/trial_log.h"
@@ -82,14 +83,18 @@ class TuneRun {
         costs_(costs_of(tune, space)) {}
 
   TuneSummary go() {
-    if (begin() && search() && compare()) return summary_;
-    return summary_;
+    if (begin() && search()) compare();
+    return std::move(summary_);
   }
 
  private:
   bool fail(const std::string& why) {
     summary_.error = why;
     return false;
+  }
+  std::nullopt_t none(const std::string& why) {
+    fail(why);
+    return std::nullopt;
   }
   bool keep(const fs::path& file, const std::string& content) {
     const auto status = put_file(file, content);
@@ -151,7 +156,7 @@ class TuneRun {
     return true;
   }
 
-  bool compare() {
+  void compare() {
     comparing_ = true;
     ProfileSheet found = space_.profile(search_.found());
     found.rename(base_.name().substr(0, 57) + "-tuned");
@@ -159,7 +164,7 @@ class TuneRun {
     summary_.profile = profiles / (found.name() + ".txt");
     if (!keep(profiles / (base_.name() + ".txt"), base_.text()) ||
         !keep(summary_.profile, found_text(tune_, search_.generations().size(), base_, found)))
-      return false;
+      return;
     Campaign campaign;
     campaign.title = tune_.title + ": the base and what was found, on fresh seeds";
     for (const Cell& cell : tune_.races.cells) {
@@ -168,12 +173,14 @@ class TuneRun {
     }
     const fs::path folder = request_.folder / fmt::format("comparison-{:03}", search_.generations().size());
     const auto results = fly(campaign, folder, profiles);
-    if (!results) return false;
+    if (!results) return;
     const auto report = write_tune_report(tune_, space_, search_, campaign, *results, request_.folder, folder, found);
-    if (!report) return fail(report.error());
+    if (!report) {
+      fail(report.error());
+      return;
+    }
     summary_.text = report->text;
     summary_.report = report->page;
-    return true;
   }
 
   /// All of the campaign's results; what is missing is flown. None: the summary says why.
@@ -184,7 +191,7 @@ class TuneRun {
     request.server.profiles = profiles;
     if (!comparing_) request.paths = request.pictures = 0;
     const auto plan = plan_run(campaign, request);
-    if (!plan) return fail(plan.error()), std::nullopt;
+    if (!plan) return none(plan.error());
     if (!plan->trials.empty()) {
       const RunSummary flown = run_campaign(campaign, request, *plan, flyers_(request.server), stop_,
                                             [&](const RunProgress& p) { tell(plan->done + p.done, p); });
@@ -193,21 +200,22 @@ class TuneRun {
       flown_s_ = 0.0;
       summary_.interrupted = flown.interrupted;
       summary_.no_server = flown.no_server;
-      if (!flown.error.empty()) return fail(flown.error), std::nullopt;
+      if (!flown.error.empty()) return none(flown.error);
       if (flown.interrupted) return std::nullopt;
-      const auto rest = plan_run(campaign, request);
-      if (!rest) return fail(rest.error()), std::nullopt;
-      if (!rest->trials.empty()) {
-        summary_.no_server = true;
-        return fail(fmt::format("{} trials found no server, the first of them {}; the same command flies them again",
-                                rest->trials.size(), rest->trials.front().name())),
-               std::nullopt;
-      }
     }
     // From the log also what was flown a moment ago, so that it is the same whether this run flew it or an earlier one.
     auto results = read_trials(folder);
-    if (!results) return fail(results.error()), std::nullopt;
-    for (const TrialResult& result : *results) wall_s_ += result.wall_s;
+    if (!results) return none(results.error());
+    // Sums depend on the order, and the log's is that of landing.
+    std::sort(results.value().begin(), results.value().end(), [](const TrialResult& a, const TrialResult& b) {
+      return std::tie(a.cell, a.speed_m_s, a.seed) < std::tie(b.cell, b.speed_m_s, b.seed);
+    });
+    for (const TrialResult& result : *results) {
+      wall_s_ += result.wall_s;
+      if (result.failure != Failure::kLostServer) continue;
+      summary_.no_server = true;
+      return none(trial_name(result) + " found no server that answers; the same command flies it again");
+    }
     done_ += results->size();
     costs_.per_trial_s = wall_s_ / static_cast<double>(std::max<std::size_t>(done_, 1)) / request_.runner.workers;
     return std::move(results).value();
