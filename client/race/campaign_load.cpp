@@ -5,6 +5,7 @@
 
 #include "client/race/campaign.h"
 #include "client/race/campaign.pb.h"
+#include "client/race/campaign_spec.h"
 #include "client/race/single_cell.h"
 #include "common/base/text.h"
 #include "common/config/locate.h"
@@ -288,7 +289,9 @@ std::vector<Figure> figures_of(const CampaignFile& spec, const std::vector<Cell>
   return figures;
 }
 
-Result<Campaign> to_campaign(const fs::path& file, const CampaignFile& spec, const Lines& lines) {
+}  // namespace
+
+Result<Campaign> make_campaign(const fs::path& file, const CampaignFile& spec, const Lines& lines) {
   if (spec.cell_size() == 0 || spec.cell_size() > kMaxCells)
     return config::in_file(file, Error{"there are " + std::to_string(spec.cell_size()) + " cells, expected 1 to " +
                                            std::to_string(kMaxCells),
@@ -339,13 +342,11 @@ Result<Campaign> to_campaign(const fs::path& file, const CampaignFile& spec, con
   return campaign;
 }
 
-}  // namespace
-
 Result<Campaign> load_campaign(const fs::path& file) {
   CampaignFile spec;
   Lines lines;
   if (auto status = config::load_text(file, &spec, &lines); !status) return status.failure();
-  return to_campaign(file, spec, lines);
+  return make_campaign(file, spec, lines);
 }
 
 Result<Campaign> single_cell_campaign(const SingleCell& asked) {
@@ -377,7 +378,7 @@ Result<Campaign> single_cell_campaign(const SingleCell& asked) {
   CampaignFile spec;
   Lines lines;
   if (auto status = config::parse_text(text, "command line", &spec, &lines); !status) return status.failure();
-  return to_campaign("command line", spec, lines);
+  return make_campaign("command line", spec, lines);
 }
 
 }  // namespace gatefield::race

@@ -135,6 +135,13 @@ void copy_missing(const fs::path& from, const fs::path& to) {
 
 }  // namespace
 
+void RunRequest::set_folder(const fs::path& results) {
+  folder = results;
+  server.cells = results / "cells";
+  server.traces = results / "traces";
+  server.logs = results / "logs";
+}
+
 Result<std::uint64_t> setup_of(const Cell& cell, const ServerOptions& server,
                                const std::optional<std::uint64_t>& planner_seed) {
   Fingerprint print;

@@ -24,6 +24,9 @@ struct RunRequest {
   int pictures = 3;                  ///< lost flights of each cell and speed that are drawn
   RunnerOptions runner;
   ServerOptions server;
+
+  /// The folder of the results, and within it all that servers of our own read and write.
+  void set_folder(const std::filesystem::path& results);
 };
 
 /// What a run has to do.

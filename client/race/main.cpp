@@ -7,8 +7,10 @@
 #include <cstdlib>
 
 #include "client/race/campaign_run.h"
+#include "client/race/exit_code.h"
 #include "client/race/options.h"
 #include "client/race/report.h"
+#include "client/race/tune_command.h"
 #include "common/base/logging.h"
 #include "common/base/progress_line.h"
 #include "common/dds/environment.h"
@@ -18,19 +20,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kExitDone = 0, kExitBadInput = 2, kExitNoServer = 3, kExitInterrupted = 130;
-
 std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler stores into it");
 
 /// The second Ctrl-C does not wait; our servers end with us.
 void on_signal(int) {
   if (stop_requested.exchange(true)) std::_Exit(kExitInterrupted);
-}
-
-int complain(const std::string& sentence, int code = kExitBadInput) {
-  std::fprintf(stderr, "gatefield-race: %s\n", sentence.c_str());
-  return code;
 }
 
 void print_plan(const Campaign& campaign, const RunRequest& request, const Plan& plan) {
@@ -129,5 +124,6 @@ int main(int argc, char** argv) {
     arguments.campaign = "paper";
     if (arguments.out.empty()) arguments.out = "out/paper";
   }
+  if (app.got_subcommand("tune")) return tune(arguments, stop_requested);
   return run(arguments);
 }

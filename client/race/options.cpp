@@ -22,7 +22,8 @@ std::string default_server(const std::string& name) {
   return fs::exists(beside, failure) ? beside.string() : name;
 }
 
-void declare_run(CLI::App* app, Arguments* a, bool out_required) {
+/// What every subcommand that flies has: where to, on how many workers, and what is kept.
+void declare_flying(CLI::App* app, Arguments* a, bool out_required) {
   auto* out = app->add_option("--out,-o", a->out, "Folder of the results; one that has some already is gone on with")
                   ->type_name("FOLDER");
   if (out_required) out->required();
@@ -30,17 +31,7 @@ void declare_run(CLI::App* app, Arguments* a, bool out_required) {
                   "Trials at a time, each with a core and a server of its own; 0 = one per core")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  app->add_option("--shard", a->shard, "Only this part of the trials, e.g. 3/16; parts may share a folder")
-      ->type_name("INDEX/COUNT");
-  app->add_option("--seed,--seeds", a->seeds,
-                  "Seeds of the true world in place of the campaign's, e.g. 1-20; a cell of a single seed keeps it")
-      ->type_name("FIRST-LAST");
-  app->add_option("--planner-seed", a->planner_seed,
-                  "Seed of the planner's sampling in every trial (default: the campaign's, else it goes with the "
-                  "trial's seed)");
-  app->add_option("--limit", a->limit, "At most so many trials in this run; 0 = all")->capture_default_str();
-  app->add_flag("--dry-run", a->dry_run, "Only say which trials would be flown");
-  app->add_flag("--no-report", a->no_report, "No tables and pictures at the end (gatefield-race report makes them)");
+  app->add_flag("--dry-run", a->dry_run, "Only say what would be flown");
   app->add_option("--paths", a->paths, "Flights of each cell and speed whose path is kept; lost ones always are")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
@@ -49,13 +40,6 @@ void declare_run(CLI::App* app, Arguments* a, bool out_required) {
       ->capture_default_str();
   app->add_flag("--allow-mixed", a->allow_mixed,
                 "Go on with results although programs, scenario, profile or model have changed since");
-  app->add_option("--server", a->server, "Name of a server on the network, in place of servers of our own")
-      ->group("Server");
-  app->add_option("--domain", a->domain, "DDS domain of that server")
-      ->check(CLI::Range(0, 232))
-      ->capture_default_str()
-      ->group("Server");
-  dds::add_network_options(app, &a->network);
   app->add_option("--server-program", a->server_program,
                   "gatefield-server to start (default: the one beside this program)")
       ->type_name("FILE")
@@ -75,11 +59,32 @@ void declare_run(CLI::App* app, Arguments* a, bool out_required) {
       ->group("Server");
 }
 
+void declare_run(CLI::App* app, Arguments* a, bool out_required) {
+  declare_flying(app, a, out_required);
+  app->add_option("--shard", a->shard, "Only this part of the trials, e.g. 3/16; parts may share a folder")
+      ->type_name("INDEX/COUNT");
+  app->add_option("--seed,--seeds", a->seeds,
+                  "Seeds of the true world in place of the campaign's, e.g. 1-20; a cell of a single seed keeps it")
+      ->type_name("FIRST-LAST");
+  app->add_option("--planner-seed", a->planner_seed,
+                  "Seed of the planner's sampling in every trial (default: the campaign's, else it goes with the "
+                  "trial's seed)");
+  app->add_option("--limit", a->limit, "At most so many trials in this run; 0 = all")->capture_default_str();
+  app->add_flag("--no-report", a->no_report, "No tables and pictures at the end (gatefield-race report makes them)");
+  app->add_option("--server", a->server, "Name of a server on the network, in place of servers of our own")
+      ->group("Server");
+  app->add_option("--domain", a->domain, "DDS domain of that server")
+      ->check(CLI::Range(0, 232))
+      ->capture_default_str()
+      ->group("Server");
+  dds::add_network_options(app, &a->network);
+}
+
 }  // namespace
 
 Result<RunRequest> request_of(const Arguments& a) {
   RunRequest request;
-  request.folder = a.out;
+  request.set_folder(a.out);
   if (!a.shard.empty()) {
     const auto shard = parse_shard(a.shard);
     if (!shard) return shard.failure().within("--shard: ");
@@ -101,8 +106,6 @@ Result<RunRequest> request_of(const Arguments& a) {
   request.runner.trial_limit = std::chrono::seconds(std::lround(a.trial_limit_s));
   request.server.program = a.server_program.empty() ? default_server("gatefield-server") : a.server_program;
   request.server.baseline_program = default_server("gatefield-baseline-server");
-  request.server.cells = request.folder / "cells";
-  request.server.traces = request.folder / "traces";
   request.server.name = a.server;
   request.server.domain = a.domain;
   if (!a.network.security.empty())
@@ -111,7 +114,6 @@ Result<RunRequest> request_of(const Arguments& a) {
   request.server.network = a.network;
   request.server.network_words = dds::network_arguments(a.network);
   request.server.isa = a.isa;
-  request.server.logs = request.folder / "logs";
   request.server.profiles = a.profiles;
   if (a.profiles.empty()) {
     const auto folder = config::config_folder();
@@ -143,6 +145,7 @@ void declare(CLI::App* app, Arguments* a) {
       "  gatefield-race run my/campaign.txt --out out/mine           your own (docs/racing.md)\n"
       "  gatefield-race run paper --shard 3/16 --out out/paper       a sixteenth of the paper's tables\n"
       "  gatefield-race fly --scenario circle-yaw30 --speed 8 10 --seeds 1-20 --out out/yaw     one scenario, no file\n"
+      "  gatefield-race tune my/tune.txt --minutes 90 --out out/tune  a profile for my vehicle (docs/tuning.md)\n"
       "  gatefield-race merge host1/out host2/out --out out/all      results of several machines in one report\n"
       "\nExit code\n"
       "  0 all flown   2 bad input   3 no server answers   130 interrupted; the same command goes on\n");
@@ -174,6 +177,19 @@ void declare(CLI::App* app, Arguments* a) {
   fly->add_option("--outage-s", a->link.outage_s, "Once in each race nothing gets through for so long")
       ->capture_default_str();
   declare_run(fly, a, true);
+
+  CLI::App* tune = app->add_subcommand(
+      "tune", "Find a profile for these races on seeds of the lab, or what is left of the search, and compare");
+  tune->add_option("tune", a->tune, "What is looked for: a file (docs/tuning.md), or a short name of a shipped one")
+      ->required();
+  tune->add_option("--trials", a->trials, "Budget in flights, in place of the file's; a larger one goes on farther")
+      ->check(CLI::Range(1, 100'000'000));
+  tune->add_option("--minutes", a->minutes,
+                   "Budget in minutes of the wall clock, in place of the file's or beside --trials")
+      ->check(CLI::Range(1.0, 100'000.0));
+  tune->add_flag("--evaluation-seeds", a->evaluation_seeds,
+                 "Seeds from 1001 on may be flown; nothing that was tuned on them can be judged by them");
+  declare_flying(tune, a, true);
 
   CLI::App* merge = app->add_subcommand("merge", "Put the results of several machines into one folder, and report");
   merge->add_option("source", a->sources, "Folders of results, or trials*.csv files")->required();

@@ -29,6 +29,10 @@ struct Arguments {
   int laps = 0;
   std::optional<Actuation::Kind> actuation;
   Link link;
+  std::string tune;
+  std::size_t trials = 0;
+  double minutes = 0.0;
+  bool evaluation_seeds = false;
 };
 
 /// Tells the command line's parser every subcommand and option, with the words of --help.

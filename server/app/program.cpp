@@ -33,6 +33,7 @@
 #include "server/kernels/backend.h"
 #include "server/kernels/crew.h"
 #include "server/planner/planner.h"
+#include "server/planner/profile_file.h"
 #include "server/service/service.h"
 #include "server/service/trial.h"
 
@@ -146,10 +147,28 @@ service::Costs tried(const service::Profiles& profiles, const service::Factories
   return costs;
 }
 
+/// Prints a profile with all that its file leaves unsaid.
+Status show_profile(const Options& options) {
+  const auto folder = profiles_folder(options);
+  if (!folder) return folder.failure();
+  const auto profiles = load_profiles(*folder);
+  if (!profiles) return profiles.failure();
+  const auto shown = profiles->find(options.shown_profile);
+  if (shown == profiles->end())
+    return Error::invalid("--show-profile", "'" + options.shown_profile + "'",
+                          "one of " + names_of(*profiles) + " (" + folder->string() + ")", ErrorCode::kUnknownName);
+  std::cout << planner::to_text(shown->second);
+  return {};
+}
+
 }  // namespace
 
 int serve(const std::string& program, const Options& options,
           const std::function<Result<Eyes>(const kernels::Backend&)>& open_eyes) {
+  if (!options.shown_profile.empty()) {
+    const Status status = show_profile(options);
+    return status ? 0 : fail(program, kBadInput, status.error());
+  }
   log::start(program, options.log_level, options.log_format == "json" ? log::Format::kJson : log::Format::kText);
   const auto surroundings = dds::settle_environment(options.network);
   const Signals signals;  // before any thread is there: one that doesn't block them would end the program
@@ -267,6 +286,9 @@ void add_options(CLI::App* app, Options* options) {
                   "Folder of planner profiles, every *.txt is one; else profiles/ of $GATEFIELD_CONFIG, of "
                   "share/gatefield/config of the installation or of the sources' deploy/config")
       ->type_name("FOLDER");
+  app->add_option("--show-profile", options->shown_profile,
+                  "Print this profile with every field, its value and its range, and end")
+      ->type_name("NAME");
   app->add_option("--domain", options->domain, "DDS domain, 0 to 232")
       ->check(CLI::Range(0u, dds::kMaxDomain))
       ->capture_default_str();

@@ -28,6 +28,7 @@ inline constexpr int kDeaf = 4;       ///< exit code: shared memory no longer br
 /// What a user may say on the command line; what stands here before add_options() is the default that --help tells.
 struct Options {
   std::string profiles;
+  std::string shown_profile;  ///< name of the one to print, and nothing else; empty: serve
   std::uint32_t domain = 0;
   std::string name = "gatefield";
   std::string standby, standby_of;  ///< names of other servers: who goes on after this one, whom this one goes on after

@@ -1,8 +1,10 @@
 #include "server/planner/profile_file.h"
 
+#include <fmt/format.h>
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
 #include <google/protobuf/dynamic_message.h>
+#include <google/protobuf/text_format.h>
 
 #include <memory>
 
@@ -83,6 +85,20 @@ Result<Profile> load_profile(const std::filesystem::path& file) {
     profile.progress_metric = static_cast<ProgressMetric>(reflection->GetEnumValue(*config, field("progress_metric")));
   if (Status status = validate(profile); !status) return status.failure().within(file.string() + ": ");
   return profile;
+}
+
+std::string to_text(const Profile& profile) {
+  std::string out =
+      fmt::format("name: {}\n", google::protobuf::TextFormat::FieldValuePrinter().PrintString(profile.name));
+  const auto number = [&out](const char* name, auto value, auto min, auto max) {
+    out += fmt::format("{}: {}  # {} to {}\n", name, value, min, max);
+  };
+  for (const IntegerField& field : kIntegerFields) number(field.name, profile.*field.member, field.min, field.max);
+  for (const NumberField& field : kNumberFields) number(field.name, profile.*field.member, field.min, field.max);
+  for (const SwitchField& field : kSwitchFields) out += fmt::format("{}: {}\n", field.name, profile.*field.member);
+  for (const MetricName& metric : kProgressMetrics)
+    if (metric.value == profile.progress_metric) out += fmt::format("progress_metric: {}\n", metric.name);
+  return out;
 }
 
 }  // namespace gatefield::planner

@@ -32,6 +32,7 @@ forbid "$(outside common/scene)" 'embree' 'only common/scene includes Embree'
 forbid "$(outside server/kernels)" 'hwy/' 'only server/kernels includes Highway'
 forbid "$(outside server/perception)" 'dnnl' 'only server/perception includes oneDNN'
 forbid "$(outside server/training)" 'hdf5|H5' 'only server/training includes HDF5'
+forbid "$(outside client/race)" 'pagmo/' 'only client/race includes pagmo'
 forbid "$(outside common/base)" 'spdlog/' 'only common/base includes spdlog'
 forbid "server/planner server/kernels common/geometry common/vehicle common/scene common/protocol" 'common/dds/|server/service/' \
   'pure mathematics knows no middleware'

@@ -96,6 +96,7 @@ constexpr Stream kNames[] = {
     Stream("gatefield.hil.gyro"),
     Stream("gatefield.hil.magnetometer_and_barometer"),
     Stream("gatefield.hil.satellites"),
+    Stream("gatefield.tune.search"),
     Stream("gatefield.rollouts "),
     Stream(""),
     Stream("gatefield.perturbation1"),

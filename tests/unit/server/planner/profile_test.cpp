@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -44,6 +45,30 @@ TEST(Profile, EveryFieldOfTheTablesIsReadFromAFile) {
     EXPECT_EQ((*profile).*field.member, expected.*field.member) << field.name;
   for (const SwitchField& field : kSwitchFields)
     EXPECT_EQ((*profile).*field.member, expected.*field.member) << field.name;
+}
+
+TEST(Profile, ItsTextHoldsEveryFieldAndGivesTheSameProfile) {
+  Profile profile;
+  profile.name = "quo\"ted";
+  double odd = 1.0 / 3.0;
+  for (const NumberField& field : kNumberFields) {
+    odd = std::nextafter(odd, 1.0);
+    if (!std::string(field.name).ends_with("_min_m")) profile.*field.member = field.min + odd * (field.max - field.min);
+  }
+  profile.field_fresh_s = 0.1 + 0.2;
+  profile.temperature_min = 1e-6;
+  for (const SwitchField& field : kSwitchFields) profile.*field.member = !(Profile{}.*field.member);
+  profile.progress_metric = ProgressMetric::kSquaredDistance;
+  const std::string text = to_text(profile);
+  EXPECT_NE(text.find("\ntemperature_min: 1e-06  # 1e-06 to 1000000\n"), std::string::npos) << text;
+  const auto again = load_profile(write(text));
+  ASSERT_TRUE(again.ok()) << again.error();
+  EXPECT_EQ(again->name, profile.name);
+  EXPECT_EQ(again->progress_metric, profile.progress_metric);
+  for (const IntegerField& field : kIntegerFields) EXPECT_EQ((*again).*field.member, profile.*field.member);
+  for (const SwitchField& field : kSwitchFields) EXPECT_EQ((*again).*field.member, profile.*field.member);
+  for (const NumberField& field : kNumberFields)
+    EXPECT_EQ((*again).*field.member, profile.*field.member) << field.name;
 }
 
 TEST(Profile, NoNameStandsTwiceInTheTables) {
