@@ -90,8 +90,9 @@ struct Campaign {
 
 /// Reads a campaign (schema: campaign.proto) with every scenario, course and vehicle that it names, and checks all.
 /// The sentence names file, line, cell, field, value and what was expected.
+/// @param hull  by what contact is judged, in place of what cells and scenarios say
 /// Thread-safe: yes.   Real-time safe: no.
-Result<Campaign> load_campaign(const std::filesystem::path& file);
+Result<Campaign> load_campaign(const std::filesystem::path& file, std::optional<config::HullKind> hull = {});
 
 /// Leaves in `folder` all that is needed to fly and to report it elsewhere: campaign.txt, and per cell cells/<name>.txt
 /// with its course, vehicle and noise. load_campaign(folder / "campaign.txt") gives the same cells. Files that are

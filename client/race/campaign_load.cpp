@@ -168,6 +168,7 @@ Result<config::ScenarioFile> scenario_of(const fs::path& file, const CellSpec& s
   if (spec.has_state_noise()) *scenario.mutable_state_noise() = spec.state_noise();
   if (spec.has_mismatch()) *scenario.mutable_mismatch() = spec.mismatch();
   if (spec.has_actuation()) *scenario.mutable_actuation() = spec.actuation();
+  if (spec.has_hull()) scenario.set_hull(spec.hull());
   if (spec.has_camera_rate_hz()) scenario.set_camera_rate_hz(spec.camera_rate_hz());
   if (spec.has_time_limit_s()) scenario.set_time_limit_s(spec.time_limit_s());
   scenario.clear_seed();
@@ -342,10 +343,12 @@ Result<Campaign> make_campaign(const fs::path& file, const CampaignFile& spec, c
   return campaign;
 }
 
-Result<Campaign> load_campaign(const fs::path& file) {
+Result<Campaign> load_campaign(const fs::path& file, std::optional<config::HullKind> hull) {
   CampaignFile spec;
   Lines lines;
   if (auto status = config::load_text(file, &spec, &lines); !status) return status.failure();
+  if (hull)
+    for (CellSpec& cell : *spec.mutable_cell()) cell.set_hull(static_cast<config::HullKindSpec>(*hull));
   return make_campaign(file, spec, lines);
 }
 
@@ -362,6 +365,7 @@ Result<Campaign> single_cell_campaign(const SingleCell& asked) {
     cell->mutable_actuation()->set_kind(*asked.actuation == Actuation::Kind::kBodyRates
                                             ? config::ActuationSpec::BODY_RATES
                                             : config::ActuationSpec::ROTOR_THRUSTS);
+  if (asked.hull) cell->set_hull(static_cast<config::HullKindSpec>(*asked.hull));
   cell->set_profile(asked.profile);
   cell->set_model(asked.model);
   cell->mutable_seeds()->set_first(asked.seeds.first);

@@ -69,6 +69,10 @@ void declare_run(CLI::App* app, Arguments* a, bool out_required) {
   app->add_option("--planner-seed", a->planner_seed,
                   "Seed of the planner's sampling in every trial (default: the campaign's, else it goes with the "
                   "trial's seed)");
+  app->add_option("--hull", a->hull,
+                  "By what contact is judged: discs (those of the propellers, as they are turned, and the body's "
+                  "sphere) or sphere alone (default: the campaign's, else the scenario's)")
+      ->transform(CLI::CheckedTransformer(config::hull_names(), CLI::ignore_case));
   app->add_option("--limit", a->limit, "At most so many trials in this run; 0 = all")->capture_default_str();
   app->add_flag("--no-report", a->no_report, "No tables and pictures at the end (gatefield-race report makes them)");
   app->add_option("--server", a->server, "Name of a server on the network, in place of servers of our own")
@@ -127,9 +131,10 @@ Result<Campaign> campaign_of(const Arguments& a) {
   if (!a.campaign.empty()) {
     const auto file = config::find_config("campaigns", a.campaign);
     if (!file) return file.failure();
-    return load_campaign(*file);
+    return load_campaign(*file, a.hull);
   }
   SingleCell asked{a.scenario, a.profile, a.model, a.speeds_m_s, {1, 20}, {}, a.link, a.actuation};
+  asked.hull = a.hull;
   if (a.laps > 0) asked.laps = a.laps;
   return single_cell_campaign(asked);
 }

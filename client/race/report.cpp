@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/race/campaign.h"
+#include "client/race/distributions.h"
 #include "client/race/figures.h"
 #include "client/race/files.h"
 #include "client/race/flights.h"
@@ -100,16 +101,20 @@ class Writer {
                     campaign_.title, results_.size(), plot::to_markdown(success));
 
     const plot::Table comparison = comparison_table(campaign_, lines_);
+    const plot::Table clearances = clearance_table(campaign_, results_);
+    const plot::Table pace = pace_table(campaign_, results_);
     const plot::Table failures = failure_table(lines_);
     const plot::Table perceptions = perception_table(campaign_, results_);
     const plot::Table causes = cause_table(campaign_, lines_, results_);
     if (auto status = add("comparison", comparison); !status) return status;
+    if (auto status = add("clearances", clearances); !status) return status;
+    if (auto status = add("pace", pace); !status) return status;
     if (auto status = add("failures", failures); !status) return status;
     if (!failures.rows.empty()) page_ += "\n`failures-to-fly.txt` has the command line of each.\n";
     if (auto status = add("perceptions", perceptions); !status) return status;
     if (auto status = add("causes", causes); !status) return status;
     if (!causes.rows.empty()) page_ += cause_pictures(from_, campaign_, results_);
-    for (const plot::Table* table : {&comparison, &perceptions, &causes})
+    for (const plot::Table* table : {&comparison, &clearances, &pace, &perceptions, &causes})
       if (!table->rows.empty()) files_.text += fmt::format("\n{}", plot::to_text(*table));
 
     for (const Line& line : lines_)

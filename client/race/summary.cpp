@@ -44,6 +44,7 @@ std::vector<Line> summarize(const Campaign& campaign, const std::vector<TrialRes
     line.profile = result.profile;
     ++line.trials;
     if (result.won()) ++line.won;
+    if (result.won() && result.missed > 0) ++line.won_after_a_miss;
     if (!result.won()) ++line.failures[result.failure];
     if (!result.won()) ++line.causes[result.cause];
     if (std::isfinite(result.top_speed_m_s)) line.top_speed_m_s = std::max(line.top_speed_m_s, result.top_speed_m_s);

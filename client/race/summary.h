@@ -28,6 +28,7 @@ struct Line {
   double speed_m_s = 0.0;
   std::string profile;
   std::size_t trials = 0, won = 0;
+  std::size_t won_after_a_miss = 0;   ///< of those won: a gate was missed and flown again
   double top_speed_m_s = 0.0;         ///< the highest that was reached
   double median_time_s = 0.0;         ///< of races won; NaN: none
   double smallest_clearance_m = 0.0;  ///< of races won; NaN: none

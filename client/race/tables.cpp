@@ -46,9 +46,10 @@ std::string published_text(const Published& published) {
 plot::Table success_table(const Campaign& campaign, const std::vector<Line>& lines) {
   plot::Table table;
   table.title = campaign.title;
-  table.columns = {
-      "cell",     "profile",  "speed limit [m/s]", "flown",           "won",           "success [%]",     "low [%]",
-      "high [%]", "goal [%]", "top speed [m/s]",   "median time [s]", "clearance [m]", "round trip [ms]", "failures"};
+  table.columns = {"cell",     "profile",         "speed limit [m/s]", "flown",
+                   "won",      "success [%]",     "low [%]",           "high [%]",
+                   "goal [%]", "top speed [m/s]", "median time [s]",   "clearance [m]",
+                   "missed",   "round trip [ms]", "failures"};
   for (const Line& line : lines) {
     const Cell* cell = campaign.find(line.cell);
     const Interval interval = line.interval();
@@ -66,12 +67,14 @@ plot::Table success_table(const Campaign& campaign, const std::vector<Line>& lin
                           {line.top_speed_m_s, 1},
                           {line.median_time_s, 2},
                           {line.smallest_clearance_m, 2},
+                          {static_cast<double>(line.won_after_a_miss), 0},
                           {line.median_round_trip_ms, 1},
                           failure_text(line)});
   }
   table.note =
       "low, high: 95 % Wilson interval. Any contact loses. Clearance: the smallest, of hull to frame, in races won. "
-      "Round trip: median, wall clock, state sent to plan received.";
+      "Missed: races won in which a gate was flown past and then flown again. Round trip: median, wall clock, state "
+      "sent to plan received.";
   return table;
 }
 

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "client/race/files.h"
+#include "common/base/statistics.h"
 #include "common/base/text.h"
 
 namespace gatefield::race {
@@ -114,7 +116,14 @@ TrialResult to_result(const Trial& trial, const simulator::Report& report, const
   result.time_s = report.race_time_s;
   result.top_speed_m_s = report.top_speed_m_s;
   result.mean_speed_m_s = report.mean_speed_m_s;
+  result.median_lap_s = quantile(report.lap_times_s, 0.5, Between::kLinear);
+  result.slowest_lap_s = quantile(report.lap_times_s, 1.0);
+  result.missed = report.missed_gates;
+  result.retries = report.retries;
+  result.hull = config::name(report.hull);
   result.clearance_m = report.clearance_m;
+  for (const simulator::Pass& pass : report.passes)
+    if (std::isfinite(pass.clearance_m)) result.clearances_m.push_back(pass.clearance_m);
   const int gates = report.gates_total / std::max(trial.cell->scenario.track.course.laps, 1);
   if (gates > 0) {
     // A race that is won ended at its last gate.
@@ -140,6 +149,7 @@ std::uint64_t fingerprint(const simulator::Report& report) noexcept {
   Fingerprint print;
   const auto add = [&print](double value) { print.add(&value, sizeof value); };
   for (const auto& sample : report.samples) {
+    if (report.outcome == simulator::Outcome::kFinished && sample.t_s > report.race_time_s) break;
     add(sample.t_s);
     for (int i = 0; i < 3; ++i) {
       add(sample.state.p_WB[i]);

@@ -50,9 +50,14 @@ struct TrialResult {
   int gates_passed = 0, gates_total = 0;
   double time_s = 0.0;  ///< of the race
   double top_speed_m_s = 0.0, mean_speed_m_s = 0.0;
-  double clearance_m = 0.0;  ///< smallest distance of the hull to a frame; NaN: never near one
-  int gate = 0;              ///< where it ended: the next gate, from 1
-  int lap = 0;               ///< from 1
+  double median_lap_s = 0.0, slowest_lap_s = 0.0;  ///< of the laps finished; NaN: none
+  int missed = 0;                                  ///< gates flown past outside their frames, passed later or not
+  int retries = 0;                                 ///< how often gates that were passed had been flown past before
+  std::string hull;                                ///< by which contact was judged: "discs" or "sphere"
+  double clearance_m = 0.0;                        ///< smallest distance of the hull to a frame; NaN: never near one
+  std::vector<double> clearances_m;                ///< at each gate passed, to its frame
+  int gate = 0;                                    ///< where it ended: the next gate, from 1
+  int lap = 0;                                     ///< from 1
   Eigen::Vector3d end_p_W = Eigen::Vector3d::Zero();
   std::uint64_t frame = 0;  ///< sequence of the depth frame that was sent last
   double round_trip_p50_ms = 0.0, round_trip_p99_ms = 0.0, solve_p50_ms = 0.0;  ///< wall clock
@@ -72,7 +77,7 @@ struct TrialResult {
 /// @param trace   what the planner believed; empty: not recorded
 TrialResult to_result(const Trial& trial, const simulator::Report& report, const std::vector<trace::Step>& trace = {});
 
-/// The path, bit by bit: state and time of every sample, and the passes.
+/// The path, bit by bit: state and time of every sample, and the passes; of a race that is won, up to its last gate.
 std::uint64_t fingerprint(const simulator::Report& report) noexcept;
 
 /// gatefield-sim with all that this trial needs; scenarios are those that save_campaign() leaves.

@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <sstream>
 
 #include "common/base/text.h"
 #include "common/plot/table.h"
@@ -85,6 +86,25 @@ Column coordinate(const char* name, int axis) {
   return {name, [axis](const TrialResult& r) { return decimal_text(r.end_p_W[axis], 4); },
           [axis](const std::string& s, TrialResult* r) { return gatefield::race::read(s, &r->end_p_W[axis]); }};
 }
+/// Numbers with spaces between them.
+Column decimals(const char* name, std::vector<double> TrialResult::*member, int digits) {
+  return {name,
+          [member, digits](const TrialResult& r) {
+            std::string all;
+            for (const double value : r.*member) {
+              if (!all.empty()) all += ' ';
+              all += fixed(value, digits);
+            }
+            return all;
+          },
+          [member](const std::string& s, TrialResult* r) {
+            (r->*member).clear();
+            std::istringstream words(s);
+            for (std::string word; words >> word;)
+              if (!gatefield::race::read(word, &(r->*member).emplace_back())) return false;
+            return true;
+          }};
+}
 template <typename Integer>
 Column whole(const char* name, Integer TrialResult::*member) {
   return {name, [member](const TrialResult& r) { return std::to_string(r.*member); },
@@ -120,7 +140,13 @@ const std::vector<Column>& columns() {
       decimal("time_s", &R::time_s, 3),
       decimal("top_speed_m_s", &R::top_speed_m_s, 4),
       decimal("mean_speed_m_s", &R::mean_speed_m_s, 4),
+      decimal("median_lap_s", &R::median_lap_s, 3),
+      decimal("slowest_lap_s", &R::slowest_lap_s, 3),
+      whole("missed", &R::missed),
+      whole("retries", &R::retries),
+      text("hull", &R::hull),
       decimal("clearance_m", &R::clearance_m, 4),
+      decimals("clearances_m", &R::clearances_m, 4),
       whole("end_gate", &R::gate),
       whole("end_lap", &R::lap),
       coordinate("end_x_m", 0),

@@ -73,6 +73,14 @@ void declare(CLI::App* app, Arguments* a) {
       ->group("Race");
   app->add_option("--yaw-noise", a->yaw_noise_deg, "Turn of the gates in degrees, in place of the scenario's")
       ->group("Race");
+  app->add_flag("--exact", a->exact,
+                "Gates are displaced, turned and leant by exactly what the scenario says, none of it by less")
+      ->group("Race");
+  app->add_option("--hull", a->hull,
+                  "By what contact is judged: discs (those of the propellers, as they are turned, and the body's "
+                  "sphere) or sphere alone, in place of the scenario's")
+      ->transform(CLI::CheckedTransformer(config::hull_names(), CLI::ignore_case))
+      ->group("Race");
   app->add_option("--camera-rate", a->camera_rate_hz, "Depth frames per second, in place of the vehicle's")
       ->group("Race");
   app->add_option("--actuation", a->actuation,
@@ -237,6 +245,8 @@ Result<config::Scenario> read_scenario(const Arguments& a) {
     scenario->perturbation.height_m = 0.5 * *a.position_noise_m;
   }
   if (a.yaw_noise_deg) scenario->perturbation.yaw_rad = *a.yaw_noise_deg * std::numbers::pi / 180.0;
+  if (a.exact) scenario->perturbation.exact = true;
+  if (a.hull) scenario->hull = *a.hull;
   if (auto status = config::validate(scenario->perturbation); !status) return status.failure().within("command line: ");
   if (auto status = read_drive(a, &*scenario); !status) return status.failure().within("command line: ");
   if (a.camera_rate_hz) scenario->vehicle.camera.rate_hz = *a.camera_rate_hz;

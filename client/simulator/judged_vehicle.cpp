@@ -11,7 +11,7 @@ Rules rules_of(const config::Scenario& scenario) {
   Rules rules;
   rules.laps = scenario.track.course.laps;
   rules.flight_volume = scenario.track.flight_volume;
-  rules.vehicle_radius_m = scenario.vehicle.quadrotor.collision_radius_m;
+  rules.hull = hull_of(scenario.vehicle, scenario.hull);
   rules.time_limit = scenario.time_limit;
   return rules;
 }
@@ -48,22 +48,28 @@ Progress JudgedVehicle::progress() const noexcept {
 
 void JudgedVehicle::advance(const sdk::Setpoint& setpoint) {
   if (setpoint.source == sdk::Setpoint::Source::kFallback) fallback_s_ += seconds(Plant::kStep);
-  if (race_time_ % kSamplePeriod == Stamp{0}) record(race_time_, setpoint);
+  if (race_time_ % kSamplePeriod == Stamp{0}) record(setpoint);
+  const bool racing = !referee_.passed_all();
   drive_.step(setpoint, plant_.get());
   const double speed_m_s = truth().v_WB.norm();
+  race_time_ += Plant::kStep;
+  referee_.update(race_time_, truth(), plant_->contact());
+  last_setpoint_ = setpoint;
+  if (!racing) return;
   top_speed_m_s_ = std::max(top_speed_m_s_, speed_m_s);
   distance_m_ += speed_m_s * seconds(Plant::kStep);
-  race_time_ += Plant::kStep;
-  referee_.update(race_time_, truth().p_WB, truth().v_WB, plant_->contact());
-  last_setpoint_ = setpoint;
+  timed_ = race_time_;
+  if (referee_.passed_all()) record(setpoint);
 }
 
-void JudgedVehicle::record(Stamp race_time, const sdk::Setpoint& setpoint) {
-  samples_.push_back({seconds(race_time), truth(), setpoint, referee_.expected_waypoint(), referee_.lap(), health_});
+void JudgedVehicle::record(const sdk::Setpoint& setpoint) {
+  const double t_s = seconds(race_time_);
+  if (!samples_.empty() && samples_.back().t_s == t_s) return;  // the end of the race, on the grid of the samples
+  samples_.push_back({t_s, truth(), setpoint, referee_.expected_waypoint(), referee_.lap(), health_});
 }
 
 void JudgedVehicle::fill(Report* report) {
-  record(referee_.end_time(), last_setpoint_);
+  record(last_setpoint_);
   report->seed = scenario_.seed;
   report->planner_seed = config::planner_seed_of(scenario_);
   report->actuation = scenario_.vehicle.actuation;
@@ -75,8 +81,11 @@ void JudgedVehicle::fill(Report* report) {
   report->lap_times_s = referee_.lap_times_s();
   report->race_time_s = seconds(referee_.end_time());
   report->top_speed_m_s = top_speed_m_s_;
-  report->mean_speed_m_s = report->race_time_s > 0 ? distance_m_ / report->race_time_s : 0.0;
+  report->mean_speed_m_s = timed_ > Stamp{0} ? distance_m_ / seconds(timed_) : 0.0;
+  report->hull = scenario_.hull;
   report->clearance_m = referee_.clearance_m();
+  report->missed_gates = referee_.missed_gates();
+  report->retries = referee_.retries();
   report->culprit = referee_.culprit();
   report->end_state = truth();
   report->contacts = report->outcome == Outcome::kTouchedGate || report->outcome == Outcome::kTouchedFloor ||

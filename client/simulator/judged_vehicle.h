@@ -41,13 +41,15 @@ class JudgedVehicle {
   void fill(Report* report);
 
  private:
-  void record(Stamp race_time, const sdk::Setpoint& setpoint);
+  /// The state of this moment; nothing when there is a sample of it.
+  void record(const sdk::Setpoint& setpoint);
 
   const config::Scenario& scenario_;
   std::unique_ptr<Plant> plant_;
   Drive drive_;
   Referee referee_;
   Stamp race_time_{0};
+  Stamp timed_{0};  ///< race_time_, but for the way out of the last gate
   protocol::PlannerHealth health_;
   sdk::Setpoint last_setpoint_;
   std::vector<Sample> samples_;

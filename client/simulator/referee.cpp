@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
 
 #include "common/base/text.h"
 
@@ -9,11 +12,7 @@ namespace gatefield::simulator {
 namespace {
 
 constexpr double kFrameSearch_m = 5.0;
-
-double distance_to(const scene::Box& box, const Eigen::Vector3d& p_W) {
-  const Eigen::Vector3d p_O = box.X_WO.inverse() * p_W;
-  return (p_O.cwiseAbs() - box.half_m).cwiseMax(0.0).norm();
-}
+constexpr double kEncounter_m = 0.5;  ///< a gate is left when no part of the hull is nearer to its corners
 
 }  // namespace
 
@@ -53,10 +52,15 @@ const char* name(Outcome outcome) noexcept {
   return "unknown";
 }
 
-Referee::Referee(const scene::World& world, std::vector<scene::Passage> passages, const Rules& rules,
+Referee::Referee(scene::World world, std::vector<scene::Passage> passages, const Rules& rules,
                  const Eigen::Vector3d& p_WB)
-    : gates_(world.gates), passages_(std::move(passages)), rules_(rules), last_p_WB_(p_WB), anchor_p_WB_(p_WB) {
-  for (const auto& gate : gates_) frames_.push_back(scene::frame_boxes(gate));
+    : world_(std::move(world)),
+      passages_(std::move(passages)),
+      encounters_(world_.gates.size()),
+      rules_(rules),
+      last_p_WB_(p_WB),
+      anchor_p_WB_(p_WB) {
+  for (const auto& gate : world_.gates) frames_.push_back(scene::frame_boxes(gate));
   passes_.reserve(static_cast<std::size_t>(gates_total()));
 }
 
@@ -64,6 +68,16 @@ int Referee::gates_total() const noexcept { return rules_.laps * static_cast<int
 int Referee::expected_waypoint() const noexcept { return static_cast<int>(passes_.size() % passages_.size()); }
 int Referee::lap() const noexcept { return static_cast<int>(passes_.size() / passages_.size()); }
 const scene::Passage& Referee::expected() const noexcept { return passages_[passes_.size() % passages_.size()]; }
+
+int Referee::retries() const noexcept {
+  return std::accumulate(passes_.begin(), passes_.end(), 0,
+                         [](int sum, const Pass& pass) { return sum + pass.misses; });
+}
+
+int Referee::missed_gates() const noexcept {
+  const auto missed = std::count_if(passes_.begin(), passes_.end(), [](const Pass& pass) { return pass.misses > 0; });
+  return static_cast<int>(missed) + (misses_ > 0 ? 1 : 0);
+}
 
 int Referee::waypoint_of(std::size_t gate) const noexcept {
   if (expected().gate == gate) return expected_waypoint();
@@ -86,23 +100,29 @@ void Referee::stop(Outcome outcome, Stamp time) noexcept {
   decide(outcome);
 }
 
-void Referee::update(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& v_WB,
-                     const std::optional<Contact>& contact) {
+void Referee::update(Stamp time, const QuadrotorState& state, const std::optional<Contact>& contact) {
   if (decided()) return;
   time_ = time;
-  if (!p_WB.allFinite() || !v_WB.allFinite()) return decide(Outcome::kLostControl);
+  const Eigen::Vector3d& p_WB = state.p_WB;
+  if (!p_WB.allFinite() || !state.v_WB.allFinite()) return decide(Outcome::kLostControl);
 
-  judge_frames(p_WB);
+  const PlacedHull hull(rules_.hull, p_WB, state.q_WB);
+  judge_frames(p_WB, hull);
+  judge_surroundings(hull);
   if (contact) {
     if (contact->with == Contact::With::kGate)
       decide(Outcome::kTouchedGate, waypoint_of(static_cast<std::size_t>(contact->index)));
     if (contact->with == Contact::With::kFloor) decide(Outcome::kTouchedFloor);
     if (contact->with == Contact::With::kClutter) decide(Outcome::kTouchedClutter, contact->index);
   }
-  if (!decided()) judge_planes(time, p_WB, v_WB);
+  if (!decided() && !passed_all()) judge_planes(time, p_WB, state.v_WB);
   last_p_WB_ = p_WB;
   if (decided()) return;
+  if (passed_all()) return judge_run_out(time, p_WB);
+  judge_progress(time, p_WB);
+}
 
+void Referee::judge_progress(Stamp time, const Eigen::Vector3d& p_WB) {
   if (!rules_.flight_volume.contains(p_WB)) return decide(Outcome::kOutOfBounds);
   if (time >= rules_.time_limit) return decide(Outcome::kTimeLimit);
   if ((p_WB - anchor_p_WB_).norm() > rules_.stall_distance_m) {
@@ -113,19 +133,44 @@ void Referee::update(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vecto
     decide(Outcome::kStalled);
 }
 
-void Referee::judge_frames(const Eigen::Vector3d& p_WB) {
-  for (std::size_t i = 0; i < gates_.size(); ++i) {
-    if ((gates_[i].X_WG.translation() - p_WB).norm() > kFrameSearch_m) continue;
-    double nearest_m = std::numeric_limits<double>::infinity();
-    for (const auto& box : frames_[i]) nearest_m = std::min(nearest_m, distance_to(box, p_WB));
-    clearance_m_ = std::min(clearance_m_, nearest_m - rules_.vehicle_radius_m);
-    if (nearest_m < rules_.vehicle_radius_m) decide(Outcome::kTouchedGate, waypoint_of(i));
+void Referee::judge_run_out(Stamp time, const Eigen::Vector3d& p_WB) {
+  const scene::Gate& gate = world_.gates[passages_[static_cast<std::size_t>(passes_.back().waypoint)].gate];
+  const double clear_m = std::max(rules_.run_out_m, 0.5 * gate.shape.thickness_m + rules_.hull.reach_m());
+  if (std::abs((gate.X_WG.inverse() * p_WB).x()) < clear_m && time - last_pass_time_ < rules_.run_out_time) return;
+  time_ = last_pass_time_;
+  decide(Outcome::kFinished);
+}
+
+void Referee::judge_frames(const Eigen::Vector3d& p_WB, const PlacedHull& hull) {
+  for (std::size_t i = 0; i < world_.gates.size(); ++i) {
+    const scene::Gate& gate = world_.gates[i];
+    Encounter& encounter = encounters_[i];
+    const double from_center_m = (gate.X_WG.translation() - p_WB).norm();
+    const double corner_m = gate.shape.outer_half_m * std::numbers::sqrt2;
+    const bool near = from_center_m < corner_m + rules_.hull.reach_m() + kEncounter_m;
+    if (!near) encounter = {};
+    if (from_center_m > kFrameSearch_m && !near) continue;
+
+    const double record_m = near ? encounter.clearance_m : clearance_m_;
+    double nearest_m = record_m;
+    for (const auto& box : frames_[i]) nearest_m = hull.nearest_m(box, nearest_m);
+    clearance_m_ = std::min(clearance_m_, nearest_m);
+    if (near) encounter.clearance_m = nearest_m;
+    if (encounter.pass) passes_[*encounter.pass].clearance_m = encounter.clearance_m;
+    if (nearest_m < 0.0) decide(Outcome::kTouchedGate, waypoint_of(i));
   }
 }
 
+void Referee::judge_surroundings(const PlacedHull& hull) {
+  if (!hull.has_discs()) return;
+  for (std::size_t i = 0; i < world_.boxes.size(); ++i)
+    if (hull.nearest_m(world_.boxes[i], kHullError_m) < 0.0) decide(Outcome::kTouchedClutter, static_cast<int>(i));
+  if (world_.has_floor && hull.discs_above_m(world_.floor_z_m) < 0.0) decide(Outcome::kTouchedFloor);
+}
+
 void Referee::judge_planes(Stamp time, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& v_WB) {
-  for (std::size_t i = 0; i < gates_.size(); ++i) {
-    const scene::Gate& gate = gates_[i];
+  for (std::size_t i = 0; i < world_.gates.size(); ++i) {
+    const scene::Gate& gate = world_.gates[i];
     const Eigen::Isometry3d X_GW = gate.X_WG.inverse();
     const Eigen::Vector3d from_G = X_GW * last_p_WB_;
     const Eigen::Vector3d to_G = X_GW * p_WB;
@@ -142,17 +187,20 @@ void Referee::judge_planes(Stamp time, const Eigen::Vector3d& p_WB, const Eigen:
     if (through && !is_expected) return decide(Outcome::kWrongGate, waypoint_of(i));
     if (through && !right_way) return decide(Outcome::kWrongDirection, waypoint_of(i));
     if (through) {
-      passes_.push_back({time, lap(), expected_waypoint(), offset_m, v_WB.norm()});
+      encounters_[i].pass = passes_.size();
+      passes_.push_back({time, lap(), expected_waypoint(), offset_m, v_WB.norm(), misses_, encounters_[i].clearance_m});
       last_pass_time_ = time;
-      passed_by_ = false;
-      if (static_cast<int>(passes_.size()) == gates_total()) decide(Outcome::kFinished);
+      misses_ = 0;
+      passed_by_ = attempt_missed_ = false;
       return;
     }
     if (is_expected) passed_by_ = right_way && offset_m < rules_.pass_by_radius_m;
   }
-  const double x_G_m = (gates_[expected().gate].X_WG.inverse() * p_WB).x();
-  if (passed_by_ && (expected().along_x ? x_G_m : -x_G_m) > rules_.miss_distance_m)
-    decide(Outcome::kMissedGate, expected_waypoint());
+  const double x_G_m = (world_.gates[expected().gate].X_WG.inverse() * p_WB).x();
+  const double beyond_m = expected().along_x ? x_G_m : -x_G_m;
+  if (passed_by_ && !attempt_missed_) ++misses_;
+  attempt_missed_ = passed_by_ || (attempt_missed_ && beyond_m > -rules_.new_attempt_m);
+  if (passed_by_ && beyond_m > rules_.miss_distance_m) decide(Outcome::kMissedGate, expected_waypoint());
 }
 
 std::vector<double> Referee::lap_times_s() const {
@@ -176,7 +224,8 @@ std::string Referee::sentence() const {
       return "running, " + std::to_string(passes_.size()) + " of " + std::to_string(gates_total()) + " gates" + at;
     case Outcome::kFinished:
       return "finished: " + std::to_string(gates_total()) + " of " + std::to_string(gates_total()) + " gates in " +
-             fixed(seconds(time_), 2) + " s";
+             fixed(seconds(time_), 2) + " s" +
+             (missed_gates() > 0 ? ", " + std::to_string(missed_gates()) + " of them missed at first" : "");
     case Outcome::kTouchedGate:
       return "touched the frame of " + gate + done;
     case Outcome::kTouchedFloor:

@@ -48,13 +48,15 @@ std::string summarize(const Report& report) {
   if (const std::string found = in_words(report.identified, report.actuation); !found.empty())
     add(&out, "Found         {}\n", found);
   if (!report.firmware.empty()) add(&out, "Firmware      {}\n", report.firmware);
-  add(&out, "Gates         {} of {} passed\n", report.passes.size(), report.gates_total);
+  add(&out, "Gates         {} of {} passed{}\n", report.passes.size(), report.gates_total,
+      report.missed_gates > 0 ? fmt::format(", {} missed, {} flown again", report.missed_gates, report.retries) : "");
   add(&out, "Lap times    ");
   for (const double lap_s : report.lap_times_s) add(&out, " {:.2f} s", lap_s);
   add(&out, "{}\n", report.lap_times_s.empty() ? " no lap finished" : "");
   add(&out, "Speed         top {:.2f} m/s, mean {:.2f} m/s\n", report.top_speed_m_s, report.mean_speed_m_s);
   if (std::isfinite(report.clearance_m))
-    add(&out, "Clearance     {:.2f} m from hull to frame at the closest\n", std::max(report.clearance_m, 0.0));
+    add(&out, "Clearance     {:.2f} m from hull ({}) to frame at the closest\n", std::max(report.clearance_m, 0.0),
+        report.hull == config::HullKind::kDiscs ? "rotor discs and body" : "sphere");
   add(&out, "Contacts      {}\n", report.contacts);
   add(&out, "Solve time    p50 {:.2f} ms, p99 {:.2f} ms\n", 1e3 * report.link.solve_p50_s,
       1e3 * report.link.solve_p99_s);

@@ -53,11 +53,15 @@ struct Report {
   std::vector<Pass> passes;
   int gates_total = 0;
   std::vector<double> lap_times_s;
+  // Of the race until its last gate; samples go on until the vehicle is clear of that.
   double race_time_s = 0.0;
   double top_speed_m_s = 0.0;
   double mean_speed_m_s = 0.0;
-  double clearance_m = 0.0;  ///< smallest distance of the hull to a frame
-  int culprit = -1;  ///< what the race was lost to: index of the waypoint (of the obstacle, when it touched one)
+  config::HullKind hull = config::HullKind::kDiscs;  ///< by which contact was judged
+  double clearance_m = 0.0;                          ///< smallest distance of that hull to a frame
+  int missed_gates = 0;  ///< flown past outside their frames, whether they were passed later or not
+  int retries = 0;       ///< how often a gate that was passed in the end had been flown past before
+  int culprit = -1;      ///< what the race was lost to: index of the waypoint (of the obstacle, when it touched one)
   QuadrotorState end_state;  ///< where it ended
   int contacts = 0;          ///< 0 or 1: the first contact ends the race
   double fallback_s = 0.0;   ///< time flown without a valid plan

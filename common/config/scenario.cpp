@@ -20,6 +20,9 @@ Status check(const char* field, double value, double low, double high, const cha
   return Error::invalid(field, brief(value), brief(low) + " to " + brief(high) + unit);
 }
 
+// The files' numbers are the code's.
+static_assert(DISCS == static_cast<int>(HullKind::kDiscs) && SPHERE == static_cast<int>(HullKind::kSphere));
+
 Status first_failure(std::initializer_list<Status> checks) {
   for (const Status& status : checks)
     if (!status) return status;
@@ -39,8 +42,9 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
   const PerturbationSpec& perturbation = spec.perturbation();
   scenario->perturbation = {perturbation.position_m(),
                             perturbation.has_height_m() ? perturbation.height_m() : 0.5 * perturbation.position_m(),
-                            perturbation.yaw_deg() * kDegree, perturbation.tilt_deg() * kDegree};
+                            perturbation.yaw_deg() * kDegree, perturbation.tilt_deg() * kDegree, perturbation.exact()};
   if (auto status = validate(scenario->perturbation); !status) return status;
+  scenario->hull = static_cast<HullKind>(spec.hull());
   scenario->sensor_noise = to_sensor_noise(spec.sensor_noise());
   if (auto status = validate(scenario->sensor_noise); !status) return status;
   if (spec.has_stereo()) {
@@ -84,9 +88,17 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
 
 }  // namespace
 
+const std::map<std::string, HullKind>& hull_names() {
+  static const std::map<std::string, HullKind> names{{"discs", HullKind::kDiscs}, {"sphere", HullKind::kSphere}};
+  return names;
+}
+
+const char* name(HullKind kind) noexcept { return kind == HullKind::kDiscs ? "discs" : "sphere"; }
+
 Status validate(const Perturbation& p) {
   return first_failure({check("perturbation.position_m", p.position_m, 0, 5, " m"),
-                        check("perturbation.height_m", p.height_m, 0, 5, " m"),
+                        check("perturbation.height_m", p.height_m, 0, p.exact ? p.position_m : 5.0,
+                              p.exact ? " m, position_m at most, of which it is a part where exact is set" : " m"),
                         check("perturbation.yaw_deg", p.yaw_rad / kDegree, 0, 180, " degrees"),
                         check("perturbation.tilt_deg", p.tilt_rad / kDegree, 0, 60, " degrees")});
 }
@@ -165,7 +177,11 @@ Result<Scenario> make_scenario(const ScenarioFile& spec, const std::filesystem::
 scene::World perturbed_world(const Track& track, const Perturbation& perturbation, std::uint64_t seed) {
   scene::World world = nominal_world(track);
   Random random(seed, Stream("gatefield.perturbation"));
-  const auto magnitude = [&random] { return (random.chance(0.5) ? 1.0 : -1.0) * random.uniform(0.5, 1.0); };
+  // Drawn when it is not needed, too: one seed has the same ways and sides, exact or not.
+  const auto magnitude = [&random, &perturbation] {
+    const double side = random.chance(0.5) ? 1.0 : -1.0, part = random.uniform(0.5, 1.0);
+    return side * (perturbation.exact ? 1.0 : part);
+  };
   for (scene::Gate& gate : world.gates) {
     const double heading = random.uniform(0.0, 2.0 * std::numbers::pi);
     const double rise = random.uniform(-1.0, 1.0);
@@ -174,8 +190,14 @@ scene::World perturbed_world(const Track& track, const Perturbation& perturbatio
     const double tilt = perturbation.tilt_rad * magnitude();
 
     Eigen::Vector3d p_WG = gate.X_WG.translation();
-    p_WG += perturbation.position_m * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0.0);
-    p_WG.z() += perturbation.height_m * rise;
+    double up_m = perturbation.height_m * rise, level_m = perturbation.position_m;
+    if (perturbation.exact) {
+      // What the floor takes of the way down goes to the side, so that the whole stays what it is.
+      if (track.has_floor) up_m = std::max(up_m, track.floor_z_m + gate.shape.outer_half_m - p_WG.z());
+      level_m = std::sqrt(std::max(0.0, level_m * level_m - up_m * up_m));
+    }
+    p_WG += level_m * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0.0);
+    p_WG.z() += up_m;
     if (track.has_floor) p_WG.z() = std::max(p_WG.z(), track.floor_z_m + gate.shape.outer_half_m);
     const Eigen::AngleAxisd turn(yaw, Eigen::Vector3d::UnitZ());
     const Eigen::AngleAxisd lean(tilt, Eigen::Vector3d(std::cos(tilt_axis), std::sin(tilt_axis), 0.0));

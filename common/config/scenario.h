@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -21,7 +22,15 @@ struct Perturbation {
   double height_m = 0.0;
   double yaw_rad = 0.0;
   double tilt_rad = 0.0;
+  bool exact = false;  ///< each is exactly that large, not up to it
 };
+
+/// By what the referee judges contact, see scenario.proto.
+enum class HullKind { kDiscs, kSphere };
+
+/// The kinds as command lines and tables name them: "discs", "sphere".
+const std::map<std::string, HullKind>& hull_names();
+const char* name(HullKind kind) noexcept;
 
 /// One sigma per axis of the error of the state that the vehicle sends.
 struct StateNoise {
@@ -51,6 +60,7 @@ struct Scenario {
   Track track;
   Vehicle vehicle;  ///< what the planner is told
   Perturbation perturbation;
+  HullKind hull = HullKind::kDiscs;
   scene::SensorNoise sensor_noise;
   std::optional<scene::StereoOptions> stereo;  ///< set: this sensor, and no sensor_noise
   StateNoise state_noise;
@@ -83,7 +93,7 @@ Result<Scenario> make_scenario(const ScenarioFile& spec, const std::filesystem::
 Result<Scenario> make_scenario(const std::filesystem::path& course_file, const std::filesystem::path& vehicle_file);
 
 /// Errors of these three: kInvalid with the field as scenario.proto has it ("perturbation.yaw_deg").
-/// Ranges: position 0 to 5 m, height 0 to 5 m, yaw 0 to 180 deg, tilt 0 to 60 deg.
+/// Ranges: position 0 to 5 m, height 0 to 5 m (exact: to position), yaw 0 to 180 deg, tilt 0 to 60 deg.
 Status validate(const Perturbation& perturbation);
 /// Ranges: position 0 to 1 m, velocity 0 to 5 m/s, attitude 0 to 45 deg, rate 0 to 5 rad/s.
 Status validate(const StateNoise& noise);
@@ -100,6 +110,9 @@ Status validate(const Mismatch& mismatch, const Actuation& actuation);
 ///   - moved up or down, uniform in [-height_m, height_m] (kept above the floor),
 ///   - turned about the vertical by yaw_rad times a uniform factor in [0.5, 1], to a random side,
 ///   - leant about a random horizontal axis by tilt_rad times a uniform factor in [0.5, 1].
+/// Exact, the same ways and sides, but each in full: yaw_rad and tilt_rad without a factor, and a displacement of
+/// position_m in all, of which the part up or down is taken as above (and counts from the floor's limit where that is
+/// nearer) and the rest is horizontal. With height_m = position_m the direction is uniform over the sphere.
 /// The paper speaks of "position perturbation of about 0.3 m" and of "yaw noise" without saying how they were drawn; a
 /// fixed displacement makes the figure mean what it says: every gate is that far off.
 scene::World perturbed_world(const Track& track, const Perturbation& perturbation, std::uint64_t seed);

@@ -1,5 +1,7 @@
 #include "common/config/vehicle.h"
 
+#include <algorithm>
+#include <limits>
 #include <numbers>
 
 #include "common/base/text.h"
@@ -85,7 +87,29 @@ Result<QuadrotorModel> to_quadrotor(const QuadrotorSpec& spec, std::vector<std::
   return model;
 }
 
+/// Half of the shortest way between two rotors.
+double propeller_room_m(const QuadrotorModel& model) {
+  double shortest_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < kRotors; ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      shortest_m = std::min(shortest_m, (model.rotor_position_B_m[i] - model.rotor_position_B_m[j]).norm());
+  return 0.5 * shortest_m;
+}
+
+Result<double> to_propeller_radius_m(const QuadrotorSpec& spec, const QuadrotorModel& model) {
+  if (!spec.has_propeller_radius_m()) return usual_propeller_radius_m(model);
+  double arm_m = 0.0;
+  for (const PlainVector2& rotor_B : model.rotor_position_B_m) arm_m = std::max(arm_m, rotor_B.norm());
+  const double radius_m = spec.propeller_radius_m(), least_m = 0.1 * arm_m, most_m = propeller_room_m(model);
+  if (radius_m >= least_m && radius_m <= most_m) return radius_m;
+  return Error::invalid("quadrotor.propeller_radius_m", text(radius_m),
+                        text(least_m) + " to " + text(most_m) +
+                            " m, a tenth of the longest arm to half of the shortest way between two rotors");
+}
+
 }  // namespace
+
+double usual_propeller_radius_m(const QuadrotorModel& model) { return kUsualPropeller * propeller_room_m(model); }
 
 Actuation to_actuation(const ActuationSpec& spec) {
   Actuation actuation;
@@ -124,7 +148,10 @@ Result<Vehicle> load_vehicle(const std::filesystem::path& file) {
   if (!quadrotor) return in_file(file, quadrotor.failure());
   auto camera = to_camera(spec.camera());
   if (!camera) return in_file(file, camera.failure());
+  auto propeller_radius_m = to_propeller_radius_m(spec.quadrotor(), *quadrotor);
+  if (!propeller_radius_m) return in_file(file, propeller_radius_m.failure());
   vehicle.quadrotor = *quadrotor;
+  vehicle.propeller_radius_m = *propeller_radius_m;
   vehicle.camera = *camera;
   vehicle.actuation = to_actuation(spec.actuation());
   if (auto status = validate(vehicle.actuation); !status) return in_file(file, status.failure());

@@ -15,6 +15,7 @@ namespace gatefield::config {
 struct Vehicle {
   std::string title;
   QuadrotorModel quadrotor;
+  double propeller_radius_m = 0.061;  ///< from axis to tip
   Actuation actuation;
   CameraModel camera;
   std::vector<std::string> notes;  ///< what was taken otherwise than written, for the person whose file it is
@@ -27,6 +28,11 @@ Actuation driven_by(const Vehicle& vehicle, Actuation::Kind kind);
 
 /// The kinds as command lines name them: "rotor-thrusts", "body-rates".
 const std::map<std::string, Actuation::Kind>& actuation_names();
+
+/// The propellers' radius where a vehicle file says none: kUsualPropeller of half the shortest way between two rotors.
+/// (Racers with 5-inch propellers have 0.8 to 0.85 of it.)
+double usual_propeller_radius_m(const QuadrotorModel& model);
+inline constexpr double kUsualPropeller = 0.8;
 
 class ActuationSpec;  // of vehicle.proto
 

@@ -197,6 +197,29 @@ INSTANTIATE_TEST_SUITE_P(
                 "c.txt:2: figure 'other' is named by no cell"}),
     [](const testing::TestParamInfo<Refusal>& refusal_info) { return refusal_info.param.name; });
 
+TEST(Campaign, TheHullIsTheScenariosTheCellsOrTheOneAskedFor) {
+  const Folder folder;
+  folder.put("round.txt", "course: \"circle\"\nvehicle: \"racer\"\nhull: SPHERE\n");
+  const auto file = folder.put("c.txt", R"(
+    defaults { scenario: "circle" speed_m_s: 6 seeds { first: 1 last: 2 } }
+    cell { name: "usual" } cell { name: "own" hull: SPHERE } cell { name: "scenario" scenario: "round.txt" })");
+  const auto hulls = [](const Result<Campaign>& campaign) {
+    std::vector<std::string> names;
+    for (const Cell& cell : campaign->cells) names.emplace_back(config::name(cell.scenario.hull));
+    return names;
+  };
+  const auto asked = load_campaign(file, config::HullKind::kSphere);
+  EXPECT_THAT(hulls(load_campaign(file)), ElementsAre("discs", "sphere", "sphere"));
+  EXPECT_THAT(hulls(asked), ElementsAre("sphere", "sphere", "sphere"));
+  EXPECT_THAT(hulls(load_campaign(file, config::HullKind::kDiscs)), ElementsAre("discs", "discs", "discs"));
+  // What is asked for is what is kept, to be flown and reported elsewhere.
+  ASSERT_TRUE(save_campaign(*asked, folder.path() / "saved").ok());
+  EXPECT_THAT(hulls(load_campaign(folder.path() / "saved/campaign.txt")), ElementsAre("sphere", "sphere", "sphere"));
+  SingleCell single{"circle", "race", "race", {6}, {1, 2}, {}, {}};
+  single.hull = config::HullKind::kSphere;
+  EXPECT_THAT(hulls(single_cell_campaign(single)), ElementsAre("sphere"));
+}
+
 TEST(Campaign, AFileThatIsNotThereIsSaid) {
   EXPECT_THAT(load_campaign("/nowhere/c.txt").error(), StartsWith("/nowhere/c.txt: does not exist"));
 }

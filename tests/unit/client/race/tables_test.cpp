@@ -22,6 +22,16 @@ TEST_F(Tables, HaveARowForEachCellAndSpeed) {
   EXPECT_EQ(table.rows[1].back().text, "1 passed beside");
 }
 
+TEST_F(Tables, CountRacesWonInWhichAGateWasFlownAgain) {
+  for (TrialResult& result : results_)
+    if (result.cell == "a" && result.speed_m_s == 6) result.missed = 1;
+  const auto table = success_table(campaign_, summarize(campaign_, results_));
+  ASSERT_EQ(table.columns[12].find("missed"), 0u);
+  EXPECT_EQ(table.rows[1][4].text, "3");
+  EXPECT_EQ(table.rows[1][12].text, "3") << "the one that was lost doesn't count";
+  EXPECT_EQ(table.rows[0][12].text, "0");
+}
+
 TEST_F(Tables, StandBesideWhatOthersPublished) {
   const auto table = comparison_table(campaign_, summarize(campaign_, results_));
   ASSERT_EQ(table.rows.size(), 1u);

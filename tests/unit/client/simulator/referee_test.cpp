@@ -25,6 +25,15 @@ scene::World three_gates() {
 
 const std::vector<scene::Passage> kOnceEach{{0, true}, {1, true}, {2, true}};
 
+QuadrotorState moving(const Eigen::Vector3d& p_WB, const Eigen::Vector3d& v_WB = Eigen::Vector3d::Zero(),
+                      const Eigen::Quaterniond& q_WB = Eigen::Quaterniond::Identity()) {
+  QuadrotorState state;
+  state.p_WB = p_WB;
+  state.v_WB = v_WB;
+  state.q_WB = q_WB;
+  return state;
+}
+
 Rules rules(int laps = 1) {
   Rules rules;
   rules.laps = laps;
@@ -45,15 +54,19 @@ class Tour {
       const Eigen::Vector3d step = way.norm() > 0.005 ? Eigen::Vector3d(0.005 * way.normalized()) : way;
       p_ += step;
       time_ += Plant::kStep;
-      referee.update(time_, p_, step / seconds(Plant::kStep), contact);
+      referee.update(time_, moving(p_, step / seconds(Plant::kStep), q_), contact);
     }
     return *this;
   }
   Tour& wait(Stamp span) {
     for (Stamp end = time_ + span; time_ < end && !referee.decided();) {
       time_ += Plant::kStep;
-      referee.update(time_, p_, Eigen::Vector3d::Zero(), {});
+      referee.update(time_, moving(p_, Eigen::Vector3d::Zero(), q_), {});
     }
+    return *this;
+  }
+  Tour& turned(const Eigen::Quaterniond& q_WB) {
+    q_ = q_WB;
     return *this;
   }
   Tour& through_a() { return to({-1, 0, 1.5}).to({2, 0, 1.5}); }
@@ -67,6 +80,7 @@ class Tour {
 
  private:
   Eigen::Vector3d p_;
+  Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
   Stamp time_{0};
 };
 
@@ -121,10 +135,10 @@ TEST(Referee, TheCornerOfASquareOpeningIsTheFrameOfARoundOne) {
     world.gates.push_back({gate_pose(kA, Eigen::Vector3d::UnitX()), GateShape{.opening = opening}, 0.7f});
     const auto fly = [&](double off_m, double radius_m) {
       Rules r = rules();
-      r.vehicle_radius_m = radius_m;
+      r.hull.body_radius_m = radius_m;
       Referee referee(world, {{0, true}}, r, kA + Eigen::Vector3d(-1, off_m, off_m));
       for (int i = 1; i <= 400 && !referee.decided(); ++i)
-        referee.update(i * Plant::kStep, kA + Eigen::Vector3d(-1 + 0.005 * i, off_m, off_m), {5, 0, 0}, {});
+        referee.update(i * Plant::kStep, moving(kA + Eigen::Vector3d(-1 + 0.005 * i, off_m, off_m), {5, 0, 0}), {});
       return referee.outcome();
     };
     EXPECT_EQ(fly(kCorner_m, 0.0) == Outcome::kFinished, opening == GateShape::Opening::kSquare);
@@ -208,7 +222,7 @@ TEST(Referee, StandingStillOrCirclingForLongIsStalling) {
 
 TEST(Referee, NumbersThatRunAwayAreALostRace) {
   Referee referee(three_gates(), kOnceEach, rules(), {-2, 0, 1.5});
-  referee.update(Plant::kStep, {std::numeric_limits<double>::quiet_NaN(), 0, 0}, Eigen::Vector3d::Zero(), {});
+  referee.update(Plant::kStep, moving({std::numeric_limits<double>::quiet_NaN(), 0, 0}), {});
   EXPECT_EQ(referee.outcome(), Outcome::kLostControl);
 }
 
@@ -216,7 +230,7 @@ TEST(Referee, AfterTheDecisionNothingChanges) {
   Tour tour({3, 0, 1.5});
   tour.to({-2, 0, 1.5});
   ASSERT_EQ(tour.referee.outcome(), Outcome::kWrongDirection);
-  tour.referee.update(std::chrono::seconds(50), {0, 0, 100}, Eigen::Vector3d::Zero(), Contact{});
+  tour.referee.update(std::chrono::seconds(50), moving({0, 0, 100}), Contact{});
   tour.referee.stop(Outcome::kInterrupted, std::chrono::seconds(60));
   EXPECT_EQ(tour.referee.outcome(), Outcome::kWrongDirection);
   EXPECT_LT(seconds(tour.referee.end_time()), 2.0);
@@ -224,7 +238,7 @@ TEST(Referee, AfterTheDecisionNothingChanges) {
 
 TEST(Referee, AFastVehicleIsSeenBetweenTwoPositions) {
   Referee referee(three_gates(), kOnceEach, rules(), {-0.5, 0, 1.5});
-  referee.update(Plant::kStep, {0.5, 0.1, 1.5}, {1000, 0, 0}, {});
+  referee.update(Plant::kStep, moving({0.5, 0.1, 1.5}, {1000, 0, 0}), {});
   ASSERT_EQ(referee.passes().size(), 1u);
   EXPECT_NEAR(referee.passes()[0].offset_m, 0.05, 1e-9);
 }
@@ -277,13 +291,155 @@ TEST(Referee, ATouchedGateIsCalledByThePassageThatIsNextElseByTheOneJustFlown) {
     Tour tour({-2, 0, 1.5}, rules(), back);
     if (passes > 0) tour.through_a();
     if (passes > 1) tour.through_b();
-    tour.referee.update(std::chrono::seconds(15), {4, 4, 1.5}, {0, 0, 0}, Contact{Contact::With::kGate, gate});
+    tour.referee.update(std::chrono::seconds(15), moving({4, 4, 1.5}), Contact{Contact::With::kGate, gate});
     return tour.referee.culprit();
   };
   EXPECT_EQ(culprit(0, 0), 0);
   EXPECT_EQ(culprit(1, 0), 0) << "just passed";
   EXPECT_EQ(culprit(2, 0), 2) << "the way back is next";
   EXPECT_EQ(culprit(0, 2), 3) << "its place in the lap, not in the world";
+}
+
+TEST(Referee, TheRaceHasItsTimeAtTheLastGateAndIsWonClearOfIt) {
+  Tour tour({-2, 0, 1.5});
+  tour.through_a().through_b().to({7, 8, 1.5}).to({4.71, 8, 1.5});
+  EXPECT_TRUE(tour.referee.passed_all());
+  EXPECT_FALSE(tour.referee.decided()) << "0.29 m behind";
+  const Stamp passed = tour.referee.passes().back().time;
+  tour.to({4.69, 8, 1.5});
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kFinished);
+  EXPECT_EQ(tour.referee.end_time(), passed);
+}
+
+TEST(Referee, ContactBehindTheLastGateLosesUntilTheVehicleIsClear) {
+  const auto contact_at = [](double behind_m) {
+    Tour tour({-2, 0, 1.5});
+    tour.through_a().through_b().to({7, 8, 1.5}).to({5.0 - behind_m, 8, 1.5});
+    tour.to({4.9 - behind_m, 8, 1.5}, Contact{Contact::With::kGate, 2});
+    return tour.referee.outcome();
+  };
+  EXPECT_EQ(contact_at(0.2), Outcome::kTouchedGate);
+  EXPECT_EQ(contact_at(0.31), Outcome::kFinished);
+  // The hull's own: out of the opening, down onto its lower edge (0.5 m below the axis).
+  Tour sinks({-2, 0, 1.5});
+  sinks.through_a().through_b().to({7, 8, 1.5}).to({4.95, 8, 1.5}).to({4.95, 8, 1.1});
+  EXPECT_EQ(sinks.referee.outcome(), Outcome::kTouchedGate) << sinks.referee.sentence();
+  EXPECT_THAT(sinks.referee.sentence(), HasSubstr("touched the frame of gate 3 after 3 of 3 gates"));
+  EXPECT_EQ(sinks.referee.culprit(), 2);
+}
+
+TEST(Referee, AHullThatReachesFartherIsJudgedFarther) {
+  Rules r = rules();
+  r.hull.body_radius_m = 0.4;
+  Tour tour({-2, 0, 1.5}, r);
+  tour.through_a().through_b().to({7, 8, 1.5}).to({4.58, 8, 1.5});
+  EXPECT_FALSE(tour.referee.decided()) << "0.42 m behind, 0.43 m of hull and half a frame";
+  tour.to({4.56, 8, 1.5});
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kFinished);
+}
+
+TEST(Referee, WhoStaysBehindTheLastGateWithoutTouchingItHasWonAfterTwoSeconds) {
+  Tour tour({-2, 0, 1.5});
+  tour.through_a().through_b().to({7, 8, 1.5}).to({4.9, 8, 1.5}).wait(std::chrono::milliseconds(1900));
+  EXPECT_FALSE(tour.referee.decided());
+  tour.wait(std::chrono::milliseconds(200));
+  EXPECT_EQ(tour.referee.outcome(), Outcome::kFinished);
+}
+
+TEST(Referee, AGateThatIsFlownAgainIsPassedAndMissed) {
+  Tour clean({-2, 0, 1.5});
+  clean.through_a().through_b().through_c();
+  EXPECT_EQ(clean.referee.missed_gates(), 0);
+  EXPECT_EQ(clean.referee.retries(), 0);
+
+  Tour again({-2, 1.5, 1.5});
+  again.to({1, 1.5, 1.5}).to({-2, 1.5, 1.5}).to({1, 1.5, 1.5}).to({-2, 1.5, 1.5});
+  EXPECT_EQ(again.referee.missed_gates(), 1) << "one gate, however often";
+  EXPECT_EQ(again.referee.retries(), 0) << "not passed yet";
+  again.through_a().through_b().through_c();
+  ASSERT_EQ(again.referee.outcome(), Outcome::kFinished) << again.referee.sentence();
+  EXPECT_EQ(again.referee.missed_gates(), 1);
+  EXPECT_EQ(again.referee.retries(), 2);
+  EXPECT_EQ(again.referee.passes()[0].misses, 2);
+  EXPECT_THAT(again.referee.sentence(), HasSubstr("1 of them missed at first"));
+
+  Tour lost({-2, 1.5, 1.5});
+  lost.to({4, 1.5, 1.5});
+  EXPECT_EQ(lost.referee.outcome(), Outcome::kMissedGate);
+  EXPECT_EQ(lost.referee.missed_gates(), 1);
+  EXPECT_EQ(lost.referee.retries(), 0);
+}
+
+TEST(Referee, WaveringOnTheGatesPlaneIsOneMiss) {
+  Tour tour({-2, 1.5, 1.5});
+  for (int i = 0; i < 3; ++i) tour.to({0.1, 1.5, 1.5}).to({-0.4, 1.5, 1.5});
+  EXPECT_EQ(tour.referee.missed_gates(), 1);
+  tour.to({-1, 0, 1.5}).through_a();
+  EXPECT_EQ(tour.referee.retries(), 1);
+}
+
+TEST(Referee, EveryPassKnowsHowNearItsFrameWas) {
+  Tour tour({-2, 0, 1.5}, rules(2));
+  tour.to({-1, 0.2, 1.5}).to({2, 0.2, 1.5});  // 0.3 m from the left post
+  tour.through_b().through_c();
+  tour.to({-3, 4, 1.5}).to({-1, 0.1, 1.5}).to({0, 0.1, 1.5}).to({2, 0.42, 1.5});
+  ASSERT_EQ(tour.referee.passes().size(), 4u) << tour.referee.sentence();
+  EXPECT_NEAR(tour.referee.passes()[0].clearance_m, 0.3 - 0.13, 1e-3);
+  EXPECT_NEAR(tour.referee.passes()[1].clearance_m, 0.5 - 0.13, 1e-3);
+  // Nearest on the way out, at the frame's far edge (x = 0.03), not at the plane.
+  const Eigen::Vector2d way = Eigen::Vector2d(2, 0.32).normalized(), corner(0.03, 0.4);
+  EXPECT_NEAR(tour.referee.passes()[3].clearance_m, std::abs(way.x() * corner.y() - way.y() * corner.x()) - 0.13, 1e-3);
+  EXPECT_NEAR(tour.referee.clearance_m(), 0.3 - 0.13, 1e-3);
+}
+
+Rules with_discs() {
+  Rules r = rules();
+  const config::Vehicle racer;
+  r.hull = hull_of(racer, config::HullKind::kDiscs);
+  return r;
+}
+
+TEST(Referee, DiscsTouchWhereTheSphereFits) {
+  // Level and head on, the tips reach 0.0771 + 0.061 m to the side: 0.0081 m more than the sphere.
+  for (const double off_m : {0.36, 0.365}) {
+    Tour sphere({-2, off_m, 1.5}), discs({-2, off_m, 1.5}, with_discs());
+    sphere.to({2, off_m, 1.5});
+    discs.to({2, off_m, 1.5});
+    EXPECT_FALSE(sphere.referee.decided());
+    EXPECT_EQ(discs.referee.outcome() == Outcome::kTouchedGate, off_m > 0.3619) << off_m;
+  }
+}
+
+TEST(Referee, DiscsAreJudgedAsTheVehicleIsTurned) {
+  // Turned by 45 deg about the vertical an arm points to the side: 0.17 m. Banked by 90 deg about x the discs stand
+  // upright, and the side is the body's again.
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(std::numbers::pi / 4, Eigen::Vector3d::UnitZ()));
+  const Eigen::Quaterniond banked(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX()));
+  const auto outcome = [](double off_m, const Eigen::Quaterniond& q_WB) {
+    Tour tour({-2, off_m, 1.5}, with_discs());
+    tour.turned(q_WB).to({2, off_m, 1.5});
+    return tour.referee.outcome();
+  };
+  EXPECT_EQ(outcome(0.5 - 0.1695, turned), Outcome::kTouchedGate);
+  EXPECT_EQ(outcome(0.5 - 0.1705, turned), Outcome::kRunning);
+  EXPECT_EQ(outcome(0.365, banked), Outcome::kRunning);
+  EXPECT_EQ(outcome(0.375, banked), Outcome::kTouchedGate) << "the sphere";
+}
+
+TEST(Referee, DiscsTouchTheFloorAndObstacles) {
+  scene::World world = three_gates();
+  world.boxes.push_back({Eigen::Isometry3d(Eigen::Translation3d(-5, 5, 1)), {0.5, 0.5, 1.0}});
+  const auto outcome = [&](const Eigen::Vector3d& p_WB, double roll_rad) {
+    Referee referee(world, kOnceEach, with_discs(), p_WB);
+    const Eigen::Quaterniond q_WB(Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX()));
+    referee.update(Plant::kStep, moving(p_WB, Eigen::Vector3d::Zero(), q_WB), {});
+    return referee.outcome();
+  };
+  EXPECT_EQ(outcome({-5, 0, 0.137}, std::numbers::pi / 2), Outcome::kTouchedFloor);
+  EXPECT_EQ(outcome({-5, 0, 0.139}, std::numbers::pi / 2), Outcome::kRunning);
+  EXPECT_EQ(outcome({-5, 0, 0.05}, 0.0), Outcome::kRunning) << "level: the physics has the sphere";
+  EXPECT_EQ(outcome({-5, 4.363, 1.5}, 0.0), Outcome::kTouchedClutter);
+  EXPECT_EQ(outcome({-5, 4.361, 1.5}, 0.0), Outcome::kRunning);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "client/simulator/depth_sensor.h"
@@ -44,7 +45,8 @@ TEST(Lockstep, AClientThatKnowsTheGatesWins) {
   EXPECT_EQ(report.late_ticks, 0u);
   EXPECT_GT(report.top_speed_m_s, 3.5);
   EXPECT_GT(report.clearance_m, 0.0);
-  EXPECT_NEAR(static_cast<double>(report.samples.size()), 100 * report.race_time_s, 3);
+  EXPECT_NEAR(static_cast<double>(report.samples.size()), 100 * report.samples.back().t_s, 4);
+  for (const Pass& pass : report.passes) EXPECT_GE(pass.clearance_m, report.clearance_m);
   EXPECT_THAT(summarize(report), HasSubstr("8 of 8 passed"));
 }
 
@@ -124,7 +126,7 @@ TEST(Lockstep, SendsAStatePerControlPeriodAndFramesAtTheCamerasRate) {
   EXPECT_EQ(received.states.size(), report.control_ticks);
   for (std::size_t i = 1; i < received.states.size(); ++i)
     ASSERT_EQ(received.states[i] - received.states[i - 1], std::chrono::milliseconds(20));
-  EXPECT_NEAR(static_cast<double>(received.frames.size()), 30 * report.race_time_s, 2);
+  EXPECT_NEAR(static_cast<double>(received.frames.size()), 30 * report.samples.back().t_s, 2);
   EXPECT_EQ(received.frames.size(), report.frames_sent);
   EXPECT_GT(received.valid_pixels / received.frames.size(), 1000u) << "frames are empty";
 }
@@ -159,6 +161,43 @@ TEST(Lockstep, AClientThatBelievesTheNominalGatesHitsOne) {
   EXPECT_EQ(report.contacts, 1);
   EXPECT_GE(report.culprit, 0);
   EXPECT_EQ(report.end_state.p_WB, report.samples.back().state.p_WB);
+}
+
+TEST(Lockstep, ARaceIsFlownOutOfItsLastGateAndTimedInIt) {
+  const auto scenario = circle();
+  test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+  const Report report = race(scenario, {}, &client);
+  ASSERT_EQ(report.outcome, Outcome::kFinished) << report.sentence;
+  EXPECT_EQ(report.race_time_s, seconds(report.passes.back().time));
+  EXPECT_GT(report.samples.back().t_s, report.race_time_s + 0.02);
+  EXPECT_LT(report.samples.back().t_s, report.race_time_s + 0.2);
+  const auto at_the_gate = std::find_if(report.samples.begin(), report.samples.end(),
+                                        [&](const Sample& s) { return s.t_s == report.race_time_s; });
+  ASSERT_NE(at_the_gate, report.samples.end()) << "a sample of the moment that the time is taken at";
+  const auto gates = config::gates_by_waypoint(truth(scenario), scenario.track.course);
+  EXPECT_NEAR((gates.back().X_WG.inverse() * at_the_gate->state.p_WB).x(), 0.0, 0.01);
+  EXPECT_GE((gates.back().X_WG.inverse() * report.end_state.p_WB).x(), 0.3);
+  for (std::size_t i = 1; i < report.samples.size(); ++i)
+    EXPECT_GT(report.samples[i].t_s, report.samples[i - 1].t_s) << "one sample a moment";
+}
+
+TEST(Lockstep, TheHullDecidesTheVerdictAndNotTheMotion) {
+  auto scenario = circle();
+  // Too large a propeller for these gates: the tips touch where the sphere passes.
+  scenario.vehicle.propeller_radius_m = 0.5;
+  const auto flown = [&](config::HullKind hull) {
+    scenario.hull = hull;
+    test::PathFollower client(truth(scenario), scenario.vehicle.quadrotor, {});
+    return race(scenario, {}, &client);
+  };
+  const Report sphere = flown(config::HullKind::kSphere), discs = flown(config::HullKind::kDiscs);
+  EXPECT_EQ(sphere.outcome, Outcome::kFinished) << sphere.sentence;
+  EXPECT_EQ(discs.outcome, Outcome::kTouchedGate) << discs.sentence;
+  EXPECT_EQ(discs.hull, config::HullKind::kDiscs);
+  EXPECT_THAT(summarize(discs), HasSubstr("(rotor discs and body)"));
+  ASSERT_LT(discs.samples.size(), sphere.samples.size());
+  for (std::size_t i = 0; i + 1 < discs.samples.size(); ++i)
+    ASSERT_EQ(discs.samples[i].state.p_WB, sphere.samples[i].state.p_WB) << i;
 }
 
 TEST(Lockstep, AVehicleThatStaysPutIsStalled) {

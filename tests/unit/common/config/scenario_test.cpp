@@ -76,6 +76,19 @@ TEST(Scenario, ThePairOfCamerasTakesThePlaceOfTheNoise) {
   EXPECT_THAT(scenario_from("stereo { lamp: -1 }").error(), HasSubstr("stereo.lamp is -1"));
 }
 
+TEST(Scenario, SaysByWhatContactIsJudgedAndHowGatesAreDrawn) {
+  EXPECT_EQ(scenario_from("")->hull, HullKind::kDiscs);
+  EXPECT_EQ(scenario_from("hull: SPHERE")->hull, HullKind::kSphere);
+  EXPECT_FALSE(scenario_from("perturbation { position_m: 0.3 }")->perturbation.exact);
+  const auto exact = scenario_from("perturbation { position_m: 0.3 exact: true }");
+  ASSERT_TRUE(exact.ok()) << exact.error();
+  EXPECT_TRUE(exact->perturbation.exact);
+  EXPECT_EQ(exact->perturbation.height_m, 0.15);
+  EXPECT_TRUE(scenario_from("perturbation { position_m: 0.3 height_m: 0.4 }").ok());
+  EXPECT_THAT(scenario_from("perturbation { position_m: 0.3 height_m: 0.4 exact: true }").error(),
+              HasSubstr("perturbation.height_m is 0.4, expected 0 to 0.3 m, position_m at most"));
+}
+
 TEST(Scenario, ErrorsNameFileFieldValueAndRange) {
   EXPECT_THAT(scenario_from("perturbation { position_m: -1 }").error(),
               HasSubstr("mine.txt: perturbation.position_m is -1, expected 0 to 5 m"));
@@ -142,6 +155,71 @@ TEST(Perturbation, MagnitudesAreWhatTheFileSays) {
   EXPECT_LE(largest_yaw, 60 * kDegree + 1e-9);
   EXPECT_GT(largest_yaw, 59 * kDegree);
   EXPECT_NEAR(2 * left, count, 160);
+}
+
+TEST(Perturbation, ExactIsThatLargeInRandomWays) {
+  const Track track = circle();
+  const auto nominal = nominal_world(track);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  double largest_rise_m = 0.0;
+  int left = 0, count = 0, high = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    const auto turned = perturbed_world(track, {0.3, 0.15, 60 * kDegree, 0, true}, seed);
+    const auto leant = perturbed_world(track, {0, 0, 0, 10 * kDegree, true}, seed);
+    for (std::size_t i = 0; i < 4; ++i, ++count) {
+      const Eigen::Vector3d moved_m = turned.gates[i].X_WG.translation() - nominal.gates[i].X_WG.translation();
+      ASSERT_NEAR(moved_m.norm(), 0.3, 1e-12);
+      ASSERT_LE(std::abs(moved_m.z()), 0.15);
+      largest_rise_m = std::max(largest_rise_m, std::abs(moved_m.z()));
+      mean += moved_m / 0.3;
+      high += std::abs(moved_m.z()) > 0.075;
+      const Eigen::Matrix3d turn = turned.gates[i].X_WG.linear() * nominal.gates[i].X_WG.linear().transpose();
+      const double yaw_rad = std::atan2(turn(1, 0), turn(0, 0));
+      ASSERT_NEAR(std::abs(yaw_rad), 60 * kDegree, 1e-9);
+      left += yaw_rad > 0;
+      ASSERT_NEAR(std::acos(leant.gates[i].X_WG.linear()(2, 2)), 10 * kDegree, 1e-9);
+    }
+  }
+  // 1200 draws: three sigma of a fair coin are 52 of them, of the mean of unit vectors 0.06.
+  EXPECT_NEAR(left, count / 2, 52);
+  EXPECT_NEAR(high, count / 2, 52) << "up or down uniformly";
+  EXPECT_LT(mean.norm() / count, 0.06) << "directions lean to one side";
+  EXPECT_GT(largest_rise_m, 0.148);
+}
+
+TEST(Perturbation, ExactKeepsTheWaysAndSidesOfItsSeed) {
+  const Track track = circle();
+  const auto nominal = nominal_world(track);
+  const auto turn_of = [&](const scene::World& world, std::size_t i) {
+    const Eigen::Matrix3d turn = world.gates[i].X_WG.linear() * nominal.gates[i].X_WG.linear().transpose();
+    return std::atan2(turn(1, 0), turn(0, 0));
+  };
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto drawn = perturbed_world(track, {0.3, 0.1, 40 * kDegree, 0}, seed);
+    const auto exact = perturbed_world(track, {0.3, 0.1, 40 * kDegree, 0, true}, seed);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Eigen::Vector3d a_m = drawn.gates[i].X_WG.translation() - nominal.gates[i].X_WG.translation();
+      const Eigen::Vector3d b_m = exact.gates[i].X_WG.translation() - nominal.gates[i].X_WG.translation();
+      EXPECT_NEAR(a_m.z(), b_m.z(), 1e-12);
+      EXPECT_NEAR(a_m.head<2>().normalized().dot(b_m.head<2>().normalized()), 1.0, 1e-9);
+      EXPECT_GT(turn_of(drawn, i) * turn_of(exact, i), 0.0);
+    }
+  }
+}
+
+TEST(Perturbation, ExactStaysExactWhereTheFloorIsInTheWay) {
+  const Track track = circle();  // gates at 1.5 m, 0.75 m to their lower edges
+  const auto nominal = nominal_world(track);
+  int stopped = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const auto world = perturbed_world(track, {1.0, 1.0, 0, 0, true}, seed);
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_GE(world.gates[i].X_WG.translation().z(), 0.75 - 1e-12);
+      EXPECT_NEAR((world.gates[i].X_WG.translation() - nominal.gates[i].X_WG.translation()).norm(), 1.0, 1e-12);
+      stopped += world.gates[i].X_WG.translation().z() < 0.75 + 1e-9;
+    }
+  }
+  EXPECT_NEAR(stopped, 50, 25) << "an eighth of 400 would go deeper";
 }
 
 TEST(Perturbation, TiltLeansGatesByHalfToAllOfItsMagnitude) {

@@ -252,6 +252,19 @@ TEST(VehicleFile, LimitsOfBodyRatesAreReadAndChecked) {
               HasSubstr("quadrotor.body_rate_max_rad_s"));
 }
 
+TEST(VehicleFile, ThePropellersRadiusIsReadCheckedAndElseTheUsualOne) {
+  EXPECT_EQ(must_load(racer()).propeller_radius_m, Vehicle().propeller_radius_m);
+  EXPECT_EQ(must_load(replaced(racer(), "propeller_radius_m: 0.061", "propeller_radius_m: 0.05")).propeller_radius_m,
+            0.05);
+  // Neighbours are 0.1542 m apart.
+  EXPECT_NEAR(must_load(replaced(racer(), "propeller_radius_m: 0.061", "")).propeller_radius_m, 0.8 * 0.0771, 1e-12);
+  const std::string range = " to 0.0771 m, a tenth of the longest arm to half of the shortest way between two rotors";
+  for (const char* const wrong : {"0.0772", "0.0109", "-0.061", "61", "nan"})
+    EXPECT_THAT(error_with("propeller_radius_m: 0.061", std::string("propeller_radius_m: ") + wrong),
+                AllOf(HasSubstr("quadrotor.propeller_radius_m is "), HasSubstr(range)))
+        << wrong;
+}
+
 TEST(VehicleFile, TheShippedOnesBehindARateLoopAreThoseWithoutInAllElse) {
   const auto parts = [](const std::string& name) {
     const std::string text = read_all(find_config("vehicles", name).value());
