@@ -69,6 +69,7 @@ void FlightLog::write() {
   write_phases();
   write_gates();
   write_problems();
+  write_session();
 }
 
 void FlightLog::write_phases() {
@@ -104,6 +105,10 @@ void FlightLog::write_problems() {
     else
       log::info("the server no longer says: " + words);
   }
+}
+
+void FlightLog::write_session() {
+  while (const auto change = client_.session_change()) log::warn(change->sentence);
 }
 
 void FlightLog::write_found() {

@@ -15,8 +15,8 @@
 namespace gatefield::bridge {
 
 /// Watches a supervised flight, tells a person of it, and says when it is over: what the supervisor enters and why,
-/// which checks before arming fail, which gate is next, what the server finds wrong, and at the end how the vehicle
-/// followed what it was asked for. The loop's thread only leaves notes; a thread of this class's own writes them to the
+/// which checks before arming fail, which gate is next, what the server finds wrong, what becomes of the session,
+/// and at the end how the vehicle followed what it was asked for. The loop's thread only leaves notes; a thread of this class's own writes them to the
 /// log.
 ///
 /// The flight is over when the vehicle was in the air and is disarmed again, and when nothing was heard of the flight
@@ -54,6 +54,7 @@ class FlightLog final : public flight::Observer {
   void write_checks();
   void write_gates();
   void write_problems();
+  void write_session();
   void write_found();
 
   static constexpr std::size_t kKept = 64;  // phases that wait to be written; more at once are not told

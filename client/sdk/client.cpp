@@ -250,6 +250,11 @@ class DdsClient final : public Client, private dds::ClientHandler {
     return problems_.next();
   }
 
+  std::optional<SessionChange> session_change() override {
+    const std::lock_guard lock(mutex_);
+    return logic_.next_change();
+  }
+
   LinkStatistics statistics() const override {
     LinkStatistics statistics;
     Window round_trips, solves;  // sorted without the lock, which commands wait for
@@ -410,6 +415,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   void on_telemetry(const protocol::Telemetry& telemetry) override {
     const std::lock_guard lock(mutex_);
     if (telemetry.session != logic_.session().session) return;
+    logic_.on_telemetry(wall_now());
     telemetry_ = telemetry;
     problems_.on_telemetry(telemetry.health.problems);
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/text.h"
+
 namespace gatefield::sdk {
 namespace {
 
@@ -12,6 +14,8 @@ Error refusal_in(const protocol::SessionReply& reply) {
   refusal.expected = reply.expected;
   return refusal;
 }
+
+std::string named(const protocol::SessionReply& session) { return "server " + session.server; }
 
 }  // namespace
 
@@ -37,6 +41,7 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, const dds::Part
   if (reply.accepted) {
     const bool known = phase_ == Phase::kJoined && reply.session == session_.session;
     if (known && ours) {
+      heard(now);
       hear_of(reply);
       return false;
     }
@@ -63,8 +68,10 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, const dds::Part
       phase_ = Phase::kFailed;
     }
   } else if (ours) {
+    const bool told = phase_ == Phase::kEnded && refusal_->code == reply.code;
     phase_ = Phase::kEnded;
     refusal_ = refusal_in(reply);
+    if (!told) lose(reply.code, named(session_) + " has no session for the vehicle any more: " + reply.reason);
     if (reply.retry_after_s > 0) next_request_ = now + pause_after(reply, kSilence);
     if (spare_) {
       adopt_spare(now);
@@ -79,8 +86,10 @@ bool SessionLogic::on_reply(const protocol::SessionReply& reply, const dds::Part
 bool SessionLogic::on_state_sent(Stamp now) {
   if (!unanswered_since_) unanswered_since_ = now;
   if (!silent_since_) silent_since_ = now;
-  if (phase_ != Phase::kJoined || !spare_) return false;
-  if (!silent(now, spare_->reply.server == session_.server ? kSilenceOfName : kSilence)) return false;
+  if (phase_ != Phase::kJoined) return false;
+  if (!lost_ && silent(now) && now - heard_ >= kNoWord) lose(ErrorCode::kNoAnswer, silence(now));
+  if (!spare_ || !silent(now, spare_->reply.server == session_.server ? kSilenceOfName : kSilence)) return false;
+  if (!lost_) lose(ErrorCode::kNoAnswer, silence(now));
   adopt_spare(now);
   unanswered_since_ = now;
   return true;
@@ -94,6 +103,7 @@ SessionLogic::Heard SessionLogic::on_command(const protocol::ThrustRateCommand& 
     if (phase_ != Phase::kJoined || !ear_.hears(from, now)) return Heard::kForeign;
     adopt_heir();
   }
+  heard(now);
   if (command.sequence <= last_command_) return Heard::kRepeated;
   last_command_ = command.sequence;
   ear_.heard = now;
@@ -109,7 +119,8 @@ void SessionLogic::adopt_spare(Stamp now) {
 }
 
 void SessionLogic::adopt(const protocol::SessionReply& reply, const dds::ParticipantId& from, Stamp now) {
-  if (phase_ != Phase::kJoining) ++reconnects_;
+  const bool anew = phase_ != Phase::kJoining;
+  if (anew) ++reconnects_;
   phase_ = Phase::kJoined;
   ear_ = {from, {}, false, now, {}};
   heirs_.reset();
@@ -119,11 +130,15 @@ void SessionLogic::adopt(const protocol::SessionReply& reply, const dds::Partici
   refusal_.reset();
   last_command_ = 0;
   unanswered_since_.reset();
+  heard_ = now;
+  if (anew) rejoin();
 }
 
 /// The heir is the server from now on, and who comes after it is its to say.
 void SessionLogic::adopt_heir() {
   ++take_overs_;
+  const ErrorCode why = ear_.leaving ? ErrorCode::kLeaving : ErrorCode::kNoAnswer;
+  const std::string before = named(session_) + (ear_.leaving ? " handed it over" : " fell silent");
   ear_.server = ear_.heir;
   ear_.leaving = false;
   last_command_ = 0;  // it counts on from what it knows of
@@ -132,6 +147,44 @@ void SessionLogic::adopt_heir() {
   reply.code = ErrorCode::kOther;
   heirs_.reset();
   hear_of(reply);
+  lost_ = false;
+  tell({SessionChange::Kind::kTakenOver, why, session_.server,
+        "the session goes on with " + named(session_) + ": " + before});
+}
+
+/// Our server said something.
+void SessionLogic::heard(Stamp now) {
+  heard_ = now;
+  if (lost_ && phase_ == Phase::kJoined) rejoin();
+}
+
+void SessionLogic::on_telemetry(Stamp now) { heard(now); }
+
+void SessionLogic::lose(ErrorCode why, std::string sentence) {
+  lost_ = true;
+  tell({SessionChange::Kind::kLost, why, session_.server, std::move(sentence)});
+}
+
+void SessionLogic::rejoin() {
+  lost_ = false;
+  tell(
+      {SessionChange::Kind::kRejoined, ErrorCode::kOther, session_.server, "a session again, with " + named(session_)});
+}
+
+std::string SessionLogic::silence(Stamp now) const {
+  return named(session_) + " fell silent: no plan for " + fixed(seconds(now - *unanswered_since_), 1) + " s";
+}
+
+void SessionLogic::tell(SessionChange change) {
+  if (changes_.size() == kChangesKept) changes_.pop_front();
+  changes_.push_back(std::move(change));
+}
+
+std::optional<SessionChange> SessionLogic::next_change() {
+  if (changes_.empty()) return std::nullopt;
+  SessionChange oldest = std::move(changes_.front());
+  changes_.pop_front();
+  return oldest;
 }
 
 /// What our server says of the session that we have.

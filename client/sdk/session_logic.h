@@ -1,10 +1,14 @@
 #pragma once
 
+#include <cstddef>
+#include <deque>
 #include <optional>
+#include <string>
 
 #include "common/base/result.h"
 #include "common/dds/participant_id.h"
 #include "common/protocol/messages.h"
+#include "gatefield/sdk/client.h"
 
 namespace gatefield::sdk {
 
@@ -43,6 +47,10 @@ struct Ear {
 /// or falls silent for two control periods (Ear). With its first one it is the server from then on, and nothing else
 /// changes. The server before it isn't heard any more.
 ///
+/// What becomes of the session is kept for who asks (next_change()): a refusal by its server, its silence (no command
+/// for kSilence, no word at all for kNoWord: one that withholds its plans still has its say in telemetry), another
+/// session or another server after that.
+///
 /// A request is sent again every kRetry while joining, and every kSilence while the server is silent (servers answer a
 /// number that they know already with the same reply).
 ///
@@ -54,6 +62,8 @@ class SessionLogic {
   static constexpr std::chrono::milliseconds kLongestPause{60'000};
   static constexpr std::chrono::milliseconds kSilence{1000};
   static constexpr std::chrono::milliseconds kSilenceOfName{500};  ///< longer than any plan: it falls back already
+  static constexpr std::chrono::milliseconds kNoWord{1500};        ///< three periods of telemetry
+  static constexpr std::size_t kChangesKept = 64;                  ///< of more that nobody asks for, the oldest go
 
   enum class Phase { kJoining, kJoined, kEnded, kFailed };
 
@@ -91,6 +101,12 @@ class SessionLogic {
   enum class Heard { kNew, kRepeated, kForeign };
   Heard on_command(const protocol::ThrustRateCommand& command, const dds::ParticipantId& from, Stamp now);
 
+  /// Telemetry of the session came, from its server.
+  void on_telemetry(Stamp now);
+
+  /// The oldest change that was not asked for before.
+  std::optional<SessionChange> next_change();
+
  private:
   struct Spare {
     protocol::SessionReply reply;
@@ -100,6 +116,11 @@ class SessionLogic {
   void adopt_spare(Stamp now);
   void adopt(const protocol::SessionReply& reply, const dds::ParticipantId& from, Stamp now);
   void adopt_heir();
+  void heard(Stamp now);
+  void tell(SessionChange change);
+  void lose(ErrorCode why, std::string sentence);
+  void rejoin();
+  std::string silence(Stamp now) const;
   void hear_of(const protocol::SessionReply& reply);
   bool silent(Stamp now, std::chrono::milliseconds limit = kSilence) const {
     return unanswered_since_ && now - *unanswered_since_ >= limit;
@@ -113,6 +134,9 @@ class SessionLogic {
   Ear ear_;
   std::optional<Spare> spare_;
   std::optional<protocol::SessionReply> heirs_;  // what the heir said of the session
+  std::deque<SessionChange> changes_;
+  bool lost_ = false;  // as told
+  Stamp heard_{0};     // when the server said anything last
   std::uint64_t reconnects_ = 0;
   std::uint64_t take_overs_ = 0;
   std::uint64_t last_command_ = 0;

@@ -87,7 +87,7 @@ class LockstepRace {
       ++report_.late_ticks;
       if (MonotonicClock().now() - last_answer_ > race_.options.give_up) race_.vehicle.stop(Outcome::kLinkLost);
     }
-    race_.problems.listen(seconds(race_.vehicle.race_time()));
+    race_.news.listen(seconds(race_.vehicle.race_time()));
   }
 
   /// True when the answer came; false after the timeout or on interrupt.

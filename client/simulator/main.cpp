@@ -79,6 +79,10 @@ int run(const Arguments& a) {
       [&line](const HeardProblem& heard) {
         line.clear();
         log::warn("the server says, " + in_words(heard));
+      },
+      [&line](const HeardSession& heard) {
+        line.clear();
+        log::warn(in_words(heard));
       });
   client.value().reset();  // leaves the session before anything slow is done
   line.clear();

@@ -6,7 +6,7 @@
 #include "client/simulator/estimator.h"
 #include "client/simulator/flight_controller_in_loop.h"
 #include "client/simulator/judged_vehicle.h"
-#include "client/simulator/problem_list.h"
+#include "client/simulator/server_news.h"
 #include "client/simulator/simulation.h"
 #include "client/simulator/snapshot_keeper.h"
 
@@ -23,7 +23,7 @@ struct RaceParts {
   DepthSensor& sensor;
   Estimator& estimator;
   SnapshotKeeper& snapshots;
-  ProblemList& problems;
+  ServerNews& news;
   FlightControllerInLoop* firmware;  ///< null: none flies the vehicle
 
   Stamp frame_period() const noexcept { return from_seconds(1.0 / scenario.vehicle.camera.rate_hz); }

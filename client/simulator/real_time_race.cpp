@@ -33,7 +33,7 @@ class SimulatedCamera final : public flight::DepthSource {
     const scene::DepthImage& image = race_.sensor.capture(job->X_WB);
     race_.snapshots.offer(image, job->X_WB, job->progress.gate, job->passes, job->progress.race_time_s);
     if (job->stamp >= next_progress_) {
-      race_.problems.listen(job->progress.race_time_s);
+      race_.news.listen(job->progress.race_time_s);
       if (race_.on_progress) race_.on_progress(job->progress);
       next_progress_ = job->stamp + kProgressPeriod;
     }

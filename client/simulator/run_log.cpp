@@ -38,11 +38,16 @@ std::string in_words(const HeardProblem& heard) {
   return fmt::format("at {:.2f} s: {}", heard.race_time_s, protocol::sentence(heard.problem));
 }
 
+std::string in_words(const HeardSession& heard) {
+  return fmt::format("at {:.2f} s: {}", heard.race_time_s, heard.change.sentence);
+}
+
 std::string summarize(const Report& report) {
   std::string out;
   const bool real_time = report.timing == protocol::Timing::kRealTime;
   add(&out, "Result        {}\n", report.sentence);
   for (const HeardProblem& problem : report.problems) add(&out, "Problem       {}\n", in_words(problem));
+  for (const HeardSession& session : report.sessions) add(&out, "Session       {}\n", in_words(session));
   add(&out, "Seeds         world {}, planner {}\n", report.seed, report.planner_seed);
   add(&out, "Driven by     {}\n", in_words(report.actuation, report.mismatch));
   if (const std::string found = in_words(report.identified, report.actuation); !found.empty())

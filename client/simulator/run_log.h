@@ -40,6 +40,12 @@ struct HeardProblem {
   protocol::Problem problem{};
 };
 
+/// What became of the session in mid-race.
+struct HeardSession {
+  double race_time_s = 0.0;  ///< when the client found it
+  sdk::SessionChange change;
+};
+
 /// Everything a race leaves behind.
 struct Report {
   protocol::Timing timing = protocol::Timing::kLockstep;
@@ -86,6 +92,8 @@ struct Report {
   protocol::IdentifiedDrive identified;
   /// What the server found wrong with the flight, each problem once, in the order of hearing.
   std::vector<HeardProblem> problems;
+  /// What became of the session while the race was flown; empty: it held.
+  std::vector<HeardSession> sessions;
 
   std::vector<Sample> samples;  ///< every 10 ms
   std::optional<Snapshot> snapshot;
@@ -93,11 +101,14 @@ struct Report {
 
 /// The problem for people: "at 1.24 s: the velocity sent is not ...".
 std::string in_words(const HeardProblem& heard);
+/// The same of the session: "at 1.24 s: server gatefield fell silent: no plan for 1.5 s".
+std::string in_words(const HeardSession& heard);
 
 /// How a vehicle is driven and what its drive is in truth, for people: "rotor thrusts", "body rates; thrust x 1.1".
 std::string in_words(const Actuation& actuation, const config::Mismatch& mismatch);
 
-/// The summary for people, several lines, ending with a line break; problems come right after the result.
+/// The summary for people, several lines, ending with a line break; problems and what became of the
+/// session come right after the result.
 std::string summarize(const Report& report);
 
 /// The run as comma-separated values: a header line with names and units, then one line per sample.

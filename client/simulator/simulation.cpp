@@ -5,8 +5,8 @@
 
 #include "client/simulator/lockstep_race.h"
 #include "client/simulator/plant.h"
-#include "client/simulator/problem_list.h"
 #include "client/simulator/real_time_race.h"
+#include "client/simulator/server_news.h"
 #include "common/base/text.h"
 
 namespace gatefield::simulator {
@@ -89,7 +89,7 @@ QuadrotorState start_state(const config::Scenario& scenario) {
 
 Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk::Client* client,
                    const std::atomic<bool>& stop, const ProgressFunction& on_progress,
-                   const ProblemFunction& on_problem) {
+                   const ProblemFunction& on_problem, const SessionFunction& on_session) {
   if (auto status = validate(options); !status) return status.failure();
   const auto opened = open_firmware(options, scenario);
   if (!opened) return opened.failure();
@@ -105,9 +105,9 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   DepthSensor sensor(world, scenario);
   Estimator estimator(scenario.state_noise, scenario.seed);
   SnapshotKeeper snapshots(config::gates_by_waypoint(world, scenario.track.course), scenario.vehicle.camera);
-  ProblemList problems(client, on_problem);
-  const RaceParts race{scenario, options,   *client,   stop,     on_progress, vehicle,
-                       sensor,   estimator, snapshots, problems, firmware};
+  ServerNews news(client, on_problem, on_session);
+  const RaceParts race{scenario, options,   *client,   stop, on_progress, vehicle,
+                       sensor,   estimator, snapshots, news, firmware};
   Report report;
   report.timing = options.timing;
   report.control_period_s = seconds(std::max(Plant::kStep, from_seconds(client->session().control_period_s)));
@@ -118,14 +118,15 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
     run_real_time(race, &report);
   }
   if (firmware != nullptr && !firmware->ready() && !firmware->well()) return firmware->failure();
-  problems.listen(seconds(vehicle.race_time()));
+  news.listen(seconds(vehicle.race_time()));
   report.wall_s = seconds(MonotonicClock().now() - begin);
   vehicle.fill(&report);
   if (firmware != nullptr) report.firmware = firmware->name();
   if (report.outcome == Outcome::kFlightControllerLost) report.sentence += "; " + firmware->failure().message;
   report.link = client->statistics();
   report.snapshot = snapshots.take();
-  report.problems = problems.heard();
+  report.problems = news.problems();
+  report.sessions = news.sessions();
   if (const auto telemetry = client->telemetry()) report.identified = telemetry->identified;
   return report;
 }

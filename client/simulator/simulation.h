@@ -54,6 +54,7 @@ struct Progress {
 using ProgressFunction = std::function<void(const Progress&)>;
 
 using ProblemFunction = std::function<void(const HeardProblem&)>;
+using SessionFunction = std::function<void(const HeardSession&)>;
 
 /// Says which option is wrong, or which make no sense together. Errors: kInvalid with the field ("link_delay").
 Status validate(const Options& options);
@@ -78,12 +79,13 @@ Status validate(const Options& options);
 /// @param on_problem   may be empty; each problem when it is heard of for the first time (in lockstep after the answer
 ///                     that tells it, in real time within 0.1 s), on the thread that on_progress is called on, or after
 ///                     the race on the calling one.
+/// @param on_session   may be empty; what becomes of the session, at the same times.
 /// Errors: a world that the physics refuses; a firmware that is not there, does not fit the vehicle (those of
 /// FirmwareInLoop::open() and Px4InLoop::open()) or does not arm. A lost race is not an error.
 /// Thread-safe: yes, for different clients.
 Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk::Client* client,
                    const std::atomic<bool>& stop, const ProgressFunction& on_progress = {},
-                   const ProblemFunction& on_problem = {});
+                   const ProblemFunction& on_problem = {}, const SessionFunction& on_session = {});
 
 /// How a scenario's vehicle joins its session: vehicle, camera, course and the planner's seed. Who joins says the rest:
 /// domain, names, profile, speed and times.

@@ -170,6 +170,12 @@ std::optional<sdk::ProblemChange> PathFollower::problem_change() {
   return options_.problems[told_++];
 }
 
+std::optional<sdk::SessionChange> PathFollower::session_change() {
+  const std::lock_guard lock(mutex_);
+  if (told_sessions_ >= std::min<std::uint64_t>(fresh_, options_.sessions.size())) return std::nullopt;
+  return options_.sessions[told_sessions_++];
+}
+
 sdk::LinkStatistics PathFollower::statistics() const {
   const std::lock_guard lock(mutex_);
   sdk::LinkStatistics statistics;

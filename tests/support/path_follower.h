@@ -20,6 +20,7 @@ class PathFollower final : public sdk::Client {
     std::chrono::milliseconds answer_delay{0};   ///< wall clock that an answer takes
     bool stand_still = false;                    ///< hovers at the start
     std::vector<sdk::ProblemChange> problems{};  ///< told one by one, one per answer
+    std::vector<sdk::SessionChange> sessions{};  ///< the same
   };
 
   /// @param gates  as the path shall run through them, in order, round and round
@@ -37,6 +38,7 @@ class PathFollower final : public sdk::Client {
   sdk::LinkStatistics statistics() const override;
   protocol::Problems problems() const override { return 0; }
   std::optional<sdk::ProblemChange> problem_change() override;
+  std::optional<sdk::SessionChange> session_change() override;
   std::optional<protocol::Telemetry> telemetry() override { return std::nullopt; }
 
   /// What came in, for tests.
@@ -60,7 +62,7 @@ class PathFollower final : public sdk::Client {
   mutable std::mutex mutex_;
   Received received_;
   std::uint64_t fresh_ = 0, taken_ = 0;
-  std::size_t told_ = 0;
+  std::size_t told_ = 0, told_sessions_ = 0;
   std::optional<Eigen::Vector3d> hold_W_;
   Stamp last_answered_{0};
 };

@@ -82,6 +82,20 @@ TEST_F(BridgeFlight, AskedToStopInTheAirItLandsAndDisarms) {
   EXPECT_FALSE(world.armed);
 }
 
+TEST_F(BridgeFlight, WhatBecomesOfTheSessionInTheAirIsTold) {
+  Process server = programs_.server("server.log");
+  MavlinkWorld world(link());
+  Process bridge = this->bridge();
+  ASSERT_TRUE(bridge.wait_for_output("checks_pass", 60s)) << bridge.output() << server.output();
+  world.arm_switch = true;
+  ASSERT_TRUE(bridge.wait_for_output("handed_over", 30s)) << bridge.output();
+  server.signal(SIGTERM);
+  EXPECT_TRUE(bridge.wait_for_output("server gatefield is leaving", 10s)) << bridge.output();
+  bridge.signal(SIGTERM);
+  EXPECT_EQ(bridge.wait(60s).value_or(-1), 0) << bridge.output();
+  EXPECT_TRUE(world.on_ground);
+}
+
 TEST_F(BridgeFlight, AnAutopilotThatDiesInTheAirEndsTheFlightAndIsTold) {
   Process server = programs_.server("server.log");
   MavlinkWorld world(link());

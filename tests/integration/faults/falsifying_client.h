@@ -60,6 +60,7 @@ class FalsifyingClient final : public sdk::Client {
   }
   protocol::Problems problems() const override { return client_->problems(); }
   std::optional<sdk::ProblemChange> problem_change() override { return client_->problem_change(); }
+  std::optional<sdk::SessionChange> session_change() override { return client_->session_change(); }
   sdk::LinkStatistics statistics() const override { return client_->statistics(); }
   std::optional<protocol::Telemetry> telemetry() override { return client_->telemetry(); }
 

@@ -34,6 +34,12 @@ class Listener {
     while (clock_.now() < limit && session_ == before) tick();
     return clock_.now();
   }
+  /// What became of the session since the last call.
+  std::vector<sdk::SessionChange> changes() {
+    std::vector<sdk::SessionChange> changes;
+    while (auto change = client_->session_change()) changes.push_back(std::move(*change));
+    return changes;
+  }
   void fly(Stamp length) {
     for (const Stamp end = clock_.now() + length; clock_.now() < end;) tick();
   }
@@ -75,6 +81,11 @@ TEST(Restart, BringsTheSessionBackSoon) {
     server = std::make_unique<Process>(programs.server("server" + std::to_string(i) + ".log"));
     gone_s.push_back(seconds(vehicle.until_another_session(begin + 20s) - begin));
     EXPECT_LT(gone_s.back(), 10.0) << server->output();
+    const auto changes = vehicle.changes();
+    ASSERT_EQ(changes.size(), 2u);
+    EXPECT_EQ(changes[0].kind, sdk::SessionChange::Kind::kLost);
+    EXPECT_EQ(changes[0].why, ErrorCode::kNoAnswer);
+    EXPECT_EQ(changes[1].kind, sdk::SessionChange::Kind::kRejoined);
   }
   std::printf("%d restarts: the session was back after p50 %.2f s, p99 %.2f s, %.2f s at the most\n", restarts,
               quantile(gone_s, 0.5), quantile(gone_s, 0.99), *std::max_element(gone_s.begin(), gone_s.end()));

@@ -96,6 +96,7 @@ class Standby : public ::testing::Test {
     EXPECT_EQ(code.value_or(-1), 0) << logs();
     EXPECT_TRUE(heir_->wait_for_output("takes over session", 1s)) << logs();
     EXPECT_EQ(sim_->output().find("Reconnected"), std::string::npos) << logs();
+    EXPECT_NE(sim_->output().find("the session goes on with server"), std::string::npos) << logs();
   }
   /// What became of several flights.
   struct Tally {

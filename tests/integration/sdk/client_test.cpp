@@ -403,6 +403,64 @@ TEST(Restart, AServerThatComesBackIsJoinedWithoutACall) {
   EXPECT_EQ(server->frames.back().sequence, 1u);
 }
 
+/// The next that is told within two seconds.
+std::optional<SessionChange> change_of(Client* client, Stamp* stamp) {
+  for (int i = 0; i < 200; ++i) {
+    client->send_state(*stamp += 10ms, test::good_state().state);
+    if (auto change = client->session_change()) return change;
+    std::this_thread::sleep_for(10ms);
+  }
+  return std::nullopt;
+}
+
+TEST(Session, WhyItsServerEndedItIsTold) {
+  std::atomic<bool> full{false};
+  const auto reply = [&](const protocol::SessionRequest& request) {
+    auto reply = test::good_reply(request.vehicle, request.request);
+    reply.session = 50;
+    if (!full) return std::optional(reply);
+    reply.accepted = false;
+    reply.session = 0;
+    reply.code = ErrorCode::kBusyServer;
+    reply.reason = "session ended: a vehicle of higher priority needs its place";
+    return std::optional(reply);
+  };
+  ScriptedServer server("planner-1", reply, answer);
+  auto client = must_connect();
+  Stamp stamp = 1s;
+  ASSERT_TRUE(client->wait_for_answer(client->send_state(stamp, test::good_state().state), 2s).has_value());
+  EXPECT_FALSE(client->session_change().has_value());
+
+  full = true;
+  server.wait([&] { return !server.requests.empty(); });
+  server.send(*reply(server.requests.front()));
+  const auto lost = change_of(client.get(), &stamp);
+  ASSERT_TRUE(lost.has_value());
+  EXPECT_EQ(lost->kind, SessionChange::Kind::kLost);
+  EXPECT_EQ(lost->why, ErrorCode::kBusyServer);
+  EXPECT_NE(lost->sentence.find("a vehicle of higher priority needs its place"), std::string::npos) << lost->sentence;
+}
+
+TEST(Session, AServerThatIsGoneIsTold) {
+  auto server = std::make_unique<ScriptedServer>("planner-1", accept_as(50), answer);
+  auto client = must_connect();
+  Stamp stamp = 1s;
+  ASSERT_TRUE(client->wait_for_answer(client->send_state(stamp, test::good_state().state), 2s).has_value());
+  server.reset();
+  const auto lost = change_of(client.get(), &stamp);
+  ASSERT_TRUE(lost.has_value());
+  EXPECT_EQ(lost->kind, SessionChange::Kind::kLost);
+  EXPECT_EQ(lost->why, ErrorCode::kNoAnswer);
+  EXPECT_EQ(lost->server, "planner-1");
+
+  ScriptedServer next("planner-2", accept_as(60, "planner-2"), answer);
+  std::optional<SessionChange> again;
+  for (int i = 0; i < 3 && !again; ++i) again = change_of(client.get(), &stamp);
+  ASSERT_TRUE(again.has_value());
+  EXPECT_EQ(again->kind, SessionChange::Kind::kRejoined);
+  EXPECT_EQ(again->server, "planner-2");
+}
+
 TEST(TwoServers, TheFirstWinsAndTheOtherTakesOverWhenItIsGone) {
   auto first = std::make_unique<ScriptedServer>("planner-1", accept_as(50, "planner-1"), answer);
   auto client = must_connect();

@@ -71,6 +71,7 @@ class FakeClient final : public sdk::Client {
   sdk::LinkStatistics statistics() const override { return {}; }
   protocol::Problems problems() const override { return 0; }
   std::optional<sdk::ProblemChange> problem_change() override { return std::nullopt; }
+  std::optional<sdk::SessionChange> session_change() override { return std::nullopt; }
   std::optional<protocol::Telemetry> telemetry() override { return std::nullopt; }
 
  private:

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "tests/support/messages.h"
 
@@ -282,6 +283,112 @@ TEST(SessionLogic, ARestartedServerIsKnownByItsNameWhenOursIsSilent) {
   EXPECT_EQ(logic.server(), restarted);
 }
 
+/// Its kind and its code; kRejoined and kNotAnswering: there is none.
+std::pair<SessionChange::Kind, ErrorCode> next_change(SessionLogic* logic) {
+  const auto change = logic->next_change();
+  if (!change) return {SessionChange::Kind::kRejoined, ErrorCode::kNotAnswering};
+  EXPECT_FALSE(change->sentence.empty());
+  return {change->kind, change->why};
+}
+constexpr std::pair kNoChange{SessionChange::Kind::kRejoined, ErrorCode::kNotAnswering};
+constexpr std::pair kJoinedAgain{SessionChange::Kind::kRejoined, ErrorCode::kOther};
+constexpr auto lost(ErrorCode why) { return std::pair(SessionChange::Kind::kLost, why); }
+
+TEST(SessionChanges, JoiningIsNone) {
+  SessionLogic logic(7);
+  hear(&logic, busy(7), 0s);
+  hear(&logic, accept(8, 50), 1s);
+  hear(&logic, command(50, 1), 1s);
+  EXPECT_EQ(next_change(&logic), kNoChange);
+}
+
+TEST(SessionChanges, SayWhatTheServerEndedItWith) {
+  SessionLogic logic = joined(50);
+  hear(&logic,
+       refuse(7, "session ended: a vehicle of higher priority needs its place", "planner-1", ErrorCode::kBusyServer),
+       1s);
+  const auto change = logic.next_change();
+  ASSERT_TRUE(change.has_value());
+  EXPECT_EQ(change->kind, SessionChange::Kind::kLost);
+  EXPECT_EQ(change->why, ErrorCode::kBusyServer);
+  EXPECT_EQ(change->server, "planner-1");
+  EXPECT_NE(change->sentence.find("a vehicle of higher priority needs its place"), std::string::npos);
+  EXPECT_EQ(next_change(&logic), kNoChange) << "each once";
+
+  hear(&logic, busy(7, ErrorCode::kBusyServer), 2s);
+  EXPECT_EQ(next_change(&logic), kNoChange) << "still full";
+  hear(&logic, refuse(7, "no profile of that name", "planner-1", ErrorCode::kUnknownName), 3s);
+  EXPECT_EQ(next_change(&logic), lost(ErrorCode::kUnknownName));
+  hear(&logic, accept(7, 80, "planner-2"), 4s);
+  EXPECT_EQ(next_change(&logic), kJoinedAgain);
+  EXPECT_EQ(next_change(&logic), kNoChange);
+}
+
+TEST(SessionChanges, AStrangersWordIsNone) {
+  SessionLogic logic = joined(50);
+  logic.on_reply(refuse(7, "go down", "planner-1", ErrorCode::kLeaving), participant_of("stranger"), 0s);
+  EXPECT_EQ(next_change(&logic), kNoChange);
+}
+
+TEST(SessionChanges, ASilentServerIsLostOnceAndFoundAgain) {
+  SessionLogic logic = joined(50);
+  hear(&logic, command(50, 1), 10s);
+  logic.on_state_sent(10s + 10ms);
+  logic.on_state_sent(11s + 499ms);
+  EXPECT_EQ(next_change(&logic), kNoChange);
+  logic.on_state_sent(11s + 500ms);
+  logic.on_state_sent(13s);
+  EXPECT_EQ(next_change(&logic), lost(ErrorCode::kNoAnswer));
+  EXPECT_EQ(next_change(&logic), kNoChange);
+  hear(&logic, command(50, 2), 14s);
+  EXPECT_EQ(next_change(&logic), kJoinedAgain);
+  EXPECT_EQ(logic.session().session, 50u);
+}
+
+/// It withholds its plans and says why.
+TEST(SessionChanges, AServerThatSendsTelemetryIsNotSilent) {
+  SessionLogic logic = joined(50);
+  for (Stamp now = 10s; now < 20s; now += 20ms) {
+    if (now % 500ms == 0ms) logic.on_telemetry(now);
+    logic.on_state_sent(now);
+  }
+  EXPECT_EQ(next_change(&logic), kNoChange);
+}
+
+TEST(SessionChanges, AVehicleThatSaysNothingMissesNobody) {
+  SessionLogic logic = joined(50);
+  hear(&logic, command(50, 1), 10s);
+  logic.on_state_sent(60s);
+  EXPECT_EQ(next_change(&logic), kNoChange);
+}
+
+TEST(SessionChanges, ASpareComesAfterALossThatIsTold) {
+  SessionLogic silent = joined(50);
+  hear(&silent, accept(7, 70, "planner-2"), 0s);
+  silent.on_state_sent(1s);
+  EXPECT_TRUE(silent.on_state_sent(2s));
+  EXPECT_EQ(next_change(&silent), lost(ErrorCode::kNoAnswer));
+  EXPECT_EQ(next_change(&silent), kJoinedAgain);
+
+  SessionLogic ended = joined(50);
+  hear(&ended, accept(7, 70, "planner-2"), 0s);
+  EXPECT_TRUE(hear(&ended, refuse(7, "the server stops", "planner-1", ErrorCode::kLeaving), 1s));
+  EXPECT_EQ(next_change(&ended), lost(ErrorCode::kLeaving));
+  const auto again = ended.next_change();
+  ASSERT_TRUE(again.has_value());
+  EXPECT_EQ(again->server, "planner-2");
+}
+
+TEST(SessionChanges, OfThoseThatNobodyAsksForTheOldestGo) {
+  SessionLogic logic = joined(50);
+  for (int i = 0; i < 40; ++i) {
+    hear(&logic, refuse(7, "no", "planner-1", ErrorCode::kAbandoned), 1s);
+    hear(&logic, accept(7, 60), 1s);
+  }
+  for (std::size_t i = 0; i < SessionLogic::kChangesKept; ++i) EXPECT_TRUE(logic.next_change().has_value());
+  EXPECT_FALSE(logic.next_change().has_value());
+}
+
 /// Joined with planner-1, which names planner-2 as its heir; control period 20 ms, newest command at 10 s.
 class Heir : public ::testing::Test {
  protected:
@@ -368,6 +475,29 @@ TEST_F(Heir, IsOnlyWhoTheLeaderNames) {
   EXPECT_FALSE(logic_.ear().hears(stranger, 60s));
   EXPECT_EQ(logic_.on_command(command(50, 401), stranger, 60s), Heard::kForeign);
   EXPECT_EQ(logic_.on_command(command(51, 401), kHeir, 60s), Heard::kForeign) << "nor another session";
+}
+
+TEST_F(Heir, IsToldWithWhatBecameOfTheLeader) {
+  EXPECT_FALSE(logic_.next_change().has_value());
+  logic_.on_command(command(50, 3), kHeir, 10s + 80ms);
+  auto change = logic_.next_change();
+  ASSERT_TRUE(change.has_value());
+  EXPECT_EQ(change->kind, SessionChange::Kind::kTakenOver);
+  EXPECT_EQ(change->why, ErrorCode::kNoAnswer);
+  EXPECT_FALSE(logic_.next_change().has_value());
+
+  hear(&logic_, reply("planner-2", "planner-1"), 11s);
+  protocol::SessionReply leaving = reply("planner-2", "planner-1");
+  leaving.code = ErrorCode::kLeaving;
+  logic_.on_reply(leaving, kHeir, 11s);
+  hear(&logic_, reply("planner-1", ""), 11s);
+  logic_.on_command(command(50, 4), kLeader, 11s + 3ms);
+  change = logic_.next_change();
+  ASSERT_TRUE(change.has_value());
+  EXPECT_EQ(change->kind, SessionChange::Kind::kTakenOver);
+  EXPECT_EQ(change->why, ErrorCode::kLeaving);
+  EXPECT_EQ(change->server, "planner-1");
+  EXPECT_EQ(change->sentence, "the session goes on with server planner-1: server planner-2 handed it over");
 }
 
 TEST_F(Heir, ThatNobodyNamedIsNobody) {

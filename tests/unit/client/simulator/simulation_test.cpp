@@ -343,6 +343,27 @@ TEST(Lockstep, ToldProblemsAreReportedOnceWithTheirTime) {
   EXPECT_THAT(summarize(*report), HasSubstr("Problem       at 0.04 s: no usable depth frame"));
 }
 
+TEST(Lockstep, WhatBecomesOfTheSessionIsReportedWithItsTime) {
+  auto scenario = circle();
+  scenario.time_limit = std::chrono::milliseconds(300);
+  using Kind = sdk::SessionChange::Kind;
+  test::PathFollower client(
+      truth(scenario), scenario.vehicle.quadrotor,
+      {.sessions = {{Kind::kLost, ErrorCode::kNoAnswer, "planner-1", "server planner-1 fell silent"},
+                    {Kind::kRejoined, ErrorCode::kOther, "planner-2", "a session again"}}});
+  std::vector<HeardSession> told;
+  const auto report =
+      fly(scenario, {}, &client, kGoOn, {}, {}, [&told](const HeardSession& heard) { told.push_back(heard); });
+  ASSERT_TRUE(report.ok()) << report.error();
+  ASSERT_EQ(report->sessions.size(), 2u);
+  EXPECT_EQ(report->sessions[0].change.why, ErrorCode::kNoAnswer);
+  EXPECT_DOUBLE_EQ(report->sessions[1].race_time_s, 0.02);
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[1].change.server, "planner-2");
+  EXPECT_THAT(summarize(*report), HasSubstr("Session       at 0.00 s: server planner-1 fell silent\n"
+                                            "Session       at 0.02 s: a session again\n"));
+}
+
 TEST(RealTime, ToldProblemsAreReported) {
   auto scenario = circle();
   scenario.time_limit = std::chrono::milliseconds(500);

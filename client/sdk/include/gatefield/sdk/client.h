@@ -79,12 +79,28 @@ struct ProblemChange {
   bool began = false;  ///< false: it ended
 };
 
+/// What became of the session without this program's doing, as this client found it.
+struct SessionChange {
+  enum class Kind {
+    kLost,       ///< there is none: the fallback flies, and the client asks for another one by itself
+    kRejoined,   ///< there is one again: another one, or the same, whose server is heard again
+    kTakenOver,  ///< the same one goes on, flown by another server
+  };
+  Kind kind = Kind::kLost;
+  /// Why a session was lost, or left by the server before. As the server said: kBusyServer, it sends the vehicle away
+  /// (overload, or one of higher priority needs the place); kLeaving, it shuts down or is drained; kAbandoned, it heard
+  /// no state for too long. As the client found: kNoAnswer, the server fell silent (dead, hanging or cut off).
+  ErrorCode why = ErrorCode::kOther;
+  std::string server;    ///< that lost it; else who flies the vehicle now
+  std::string sentence;  ///< all of that for people, with the server's own words
+};
+
 /// The thin client: joins a session, sends state and depth, holds the newest plan, plays it out, and falls back by
 /// itself when the plan runs dry (level out, hold height, then descend). A server that dies and returns is joined again
 /// without a call; where it has a stand-by, that one goes on and the plan doesn't run dry.
 /// Thread-safe: all but play() and applied(), which one thread at a time may call, beside the others.
 /// Real-time safe: play() and applied() yes; problems(), problem_change() and newest() only wait for a copy that
-/// another thread makes; statistics() and session() allocate; the others make system calls.
+/// another thread makes; statistics(), session() and session_change() allocate; the others make system calls.
 class Client {
  public:
   /// Blocks until a server accepts, refuses or the timeout passes. A refusal is the error, as the server gave it (code,
@@ -134,6 +150,12 @@ class Client {
   /// then until it is empty; of more than 64 that wait the oldest are lost.
   virtual std::optional<ProblemChange> problem_change() = 0;
 
+  /// The next of what became of the session, each once, in order; empty: nothing since. As with problem_change() the
+  /// oldest of more than 64 are lost. A server is silent when it answered no state for a second and said nothing else
+  /// for 1.5 s; that is found when a state is sent. A loss is told once, and again when the server then refuses the
+  /// vehicle for another reason.
+  virtual std::optional<SessionChange> session_change() = 0;
+
   virtual LinkStatistics statistics() const = 0;
   /// The newest telemetry, if any came since last time.
   virtual std::optional<protocol::Telemetry> telemetry() = 0;
@@ -145,7 +167,7 @@ struct Layout {};
 template <typename... Interface>
 using LayoutOf = Layout<sizeof(Interface)..., alignof(Interface)...>;
 using ClientLayout = LayoutOf<Options, QuadrotorModel, Actuation, CameraModel, Course, QuadrotorState, Setpoint,
-                              ProblemChange, LinkStatistics, dds::NetworkOptions, protocol::SessionReply,
+                              ProblemChange, SessionChange, LinkStatistics, dds::NetworkOptions, protocol::SessionReply,
                               protocol::ThrustRateCommand, protocol::Telemetry, Error>;
 
 /// What connect() is. Its symbol carries the layout: a program that lays the interface out in another way than the
