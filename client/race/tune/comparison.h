@@ -25,8 +25,8 @@ struct Verdict {
   bool better = false;
   std::string sentence;
 };
-/// Winning comes first: where the races that one of the two alone won are one-sided (sign test, 5 %), that decides. Else
-/// what was found is better only if it won no fewer, and scored higher in the races that both won (sign test, 5 %).
+/// Winning comes first: where the races that one of the two alone won are one-sided (sign test, 5 %), that decides.
+/// Else what was found is better only if it won no fewer, and scored higher in the races that both won (likewise).
 Verdict verdict(const std::vector<Pair>& pairs);
 
 /// A row for each profile on each cell and speed, with the interval of its share won (95 %, Wilson).

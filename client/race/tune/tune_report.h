@@ -17,8 +17,8 @@ struct TuneReport {
   std::filesystem::path page;  ///< report.md
   std::string text;            ///< comparison and verdict, for a terminal
 };
-/// Writes report.md: the verdict, both profiles side by side on fresh seeds, the fields before and after, the picture of
-/// the progress; and the comparison's own report.
+/// Writes report.md: the verdict, both profiles side by side on fresh seeds, the fields before and after, the picture
+/// of the progress; and the comparison's own report.
 /// @param results     of `comparison`
 /// @param folder      of the search
 /// @param comparison_folder  a campaign's

@@ -32,8 +32,8 @@ struct TuneSummary {
 /// Makes the flyers of one campaign's workers, with the servers that they shall start.
 using FlyersFor = std::function<FlyerFactory(const ServerOptions&)>;
 
-/// Searches, compares, reports; what earlier runs flew into the folder is taken from there, so that a run that was ended
-/// at any point goes on where it was, and gives the same in the end.
+/// Searches, compares, reports; what earlier runs flew into the folder is taken from there, so that a run that was
+/// ended at any point goes on where it was, and gives the same in the end.
 /// In request.folder: search.txt (what is looked for, so that nothing else is gone on with), generations/<number>
 /// (campaigns, with the candidates' profiles), trace.csv and figures/, profiles/ (the base, complete, and what was
 /// found), comparison-<generations> (a campaign with its report), report.md.
