@@ -32,8 +32,9 @@ TEST_F(Reports, AreFilesOfAFolder) {
   EXPECT_THAT(page, HasSubstr("Failures by kind"));
   EXPECT_THAT(page, HasSubstr("figures/a-flights.png"));
   EXPECT_GT(std::filesystem::file_size(files->folder / "figures/a-flights.png"), 10'000u);
-  for (const char* name : {"table.txt", "table.md", "table.csv", "comparison.csv", "failures.md", "failures-to-fly.txt",
-                           "figures/success.csv", "figures/success.gp", "figures/position-failures.csv"})
+  for (const char* name :
+       {"table.txt", "table.md", "table.csv", "comparison.csv", "pace.csv", "failures.md", "failures-to-fly.txt",
+        "figures/success.csv", "figures/success.gp", "figures/position-failures.csv"})
     EXPECT_TRUE(std::filesystem::exists(files->folder / name)) << name;
   EXPECT_THAT(*read_file(files->folder / "table.csv"), HasSubstr("first,race,6,4,3,75,"));
 }
