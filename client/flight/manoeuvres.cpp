@@ -118,18 +118,9 @@ sdk::Fallback::Goal Manoeuvres::hold(const QuadrotorState& state, bool sinking, 
 }
 
 sdk::Fallback::Goal Manoeuvres::brake(const QuadrotorState& state) const noexcept {
-  sdk::Fallback::Goal goal;
-  goal.z_m = goal_z_m_;
   const Eigen::Vector2d steer_W = clear_.steer(state.p_WB, state.v_WB);
-  if (steer_W.squaredNorm() > 0) {
-    // What steering leaves of the acceleration brakes.
-    const double left_m_s2 =
-        std::sqrt(sdk::Fallback::kMaxBrake_m_s2 * sdk::Fallback::kMaxBrake_m_s2 - steer_W.squaredNorm());
-    Eigen::Vector2d brake_W = -law_.velocity_gain_s() * state.v_WB.head<2>();
-    if (const double size = brake_W.norm(); size > left_m_s2) brake_W *= left_m_s2 / size;
-    goal.v_W.head<2>() = state.v_WB.head<2>();
-    goal.a_W.head<2>() = brake_W + steer_W;
-  }
+  sdk::Fallback::Goal goal = law_.braking(state, steer_W, 1.0, sdk::Fallback::kMaxBrake_m_s2);
+  goal.z_m = goal_z_m_;
   return goal;
 }
 

@@ -11,11 +11,13 @@ constexpr double kMaxClimb_m_s2 = 4.0;  // up and down
 constexpr double kMaxRate_rad_s = 6.0;  // asked for while levelling out
 constexpr double kThrustLag_s = 0.02;   // how fast the commanded thrust follows
 constexpr double kStopThrust = 0.7;     // of all thrust, while stopping: the rest turns the vehicle
-constexpr double kTurning_s = 0.25;     // until it brakes
-constexpr double kCommitted = 0.85;     // of the way to stop: a gate nearer than this is flown through
-constexpr double kThrough_s = 0.2;      // to a gate: braking would only lead into its frame
-constexpr double kStopped_m_s = 1.0;    // slower than this it holds its place
-constexpr double kMixerShare = 0.1;     // of all thrust, what a flight controller's mixer needs to turn the vehicle
+// Of other manoeuvres' gain: a little overshoot of the attitude costs less than the metre that it saves.
+constexpr double kStopGain = 2.0;
+constexpr double kTurning_s = 0.25;   // until it brakes
+constexpr double kCommitted = 0.85;   // of the way to stop: a gate nearer than this is flown through
+constexpr double kThrough_s = 0.2;    // to a gate: braking would only lead into its frame
+constexpr double kStopped_m_s = 1.0;  // slower than this it holds its place
+constexpr double kMixerShare = 0.1;   // of all thrust, what a flight controller's mixer needs to turn the vehicle
 
 // How fast the body rates follow, 1/s: by rotors through a torque that lags, or by a rate loop of its own lag.
 double rate_gain(const QuadrotorModel& model, const Actuation& actuation) {
@@ -83,17 +85,22 @@ double Fallback::stop_s(const QuadrotorState& state) const noexcept {
 
 /// Against the velocity, and around what lies ahead; from kStopped_m_s on out of a gate's space.
 Fallback::Goal Fallback::stopping(const QuadrotorState& state) const noexcept {
-  Goal goal;
-  const Eigen::Vector2d v_W = state.v_WB.head<2>();
-  if (v_W.norm() < kStopped_m_s) {
+  if (state.v_WB.head<2>().norm() < kStopped_m_s) {
+    Goal goal;
     if (clear_) goal.v_W.head<2>() = clear_->drift(state.p_WB, false);
     return goal;
   }
   const Eigen::Vector2d steer_W = clear_ ? clear_->steer(state.p_WB, state.v_WB) : Eigen::Vector2d::Zero();
-  const double left_m_s2 = std::sqrt(std::max(0.0, stop_m_s2_ * stop_m_s2_ - steer_W.squaredNorm()));
-  // Twice the gain of other manoeuvres: a little overshoot of the attitude costs less than the metre that it saves.
   const bool through = clear_ && clear_->passes(state.p_WB, state.v_WB, kThrough_s);
-  const double brake_m_s2 = through ? 0.0 : std::min(left_m_s2, 2.0 * velocity_gain_s_ * v_W.norm());
+  return braking(state, steer_W, through ? 0.0 : kStopGain, stop_m_s2_);
+}
+
+Fallback::Goal Fallback::braking(const QuadrotorState& state, const Eigen::Vector2d& steer_W, double gain,
+                                 double limit_m_s2) const noexcept {
+  Goal goal;
+  const Eigen::Vector2d v_W = state.v_WB.head<2>();
+  const double left_m_s2 = std::sqrt(std::max(0.0, limit_m_s2 * limit_m_s2 - steer_W.squaredNorm()));
+  const double brake_m_s2 = std::min(left_m_s2, gain * velocity_gain_s_ * v_W.norm());
   goal.v_W.head<2>() = v_W;
   goal.a_W.head<2>() = steer_W - brake_m_s2 * v_W.normalized();
   return goal;

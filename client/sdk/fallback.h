@@ -54,6 +54,11 @@ class Fallback {
   /// Its lower half alone: turns z_B onto `f_W` and asks for as much of it, N. Reads attitude, body rates and
   /// thrust_command_n of the state, so it works where position and velocity are lost. @pre f_W is not zero
   Setpoint push(const Eigen::Vector3d& f_W, const QuadrotorState& state) const noexcept;
+  /// Brakes on its way: against the level velocity, with `gain` times velocity_gain_s() of it, and around what lies
+  /// ahead; what steering leaves of the limit brakes. The height is the caller's.
+  /// @param steer_W  level acceleration around frames (KeepClear::steer()), at most `limit_m_s2`
+  Goal braking(const QuadrotorState& state, const Eigen::Vector2d& steer_W, double gain,
+               double limit_m_s2) const noexcept;
   /// Gain of the velocity in toward(), 1/s.
   double velocity_gain_s() const noexcept { return velocity_gain_s_; }
   static constexpr double kMaxBrake_m_s2 = 5.0;  ///< of toward(), 27 deg of tilt

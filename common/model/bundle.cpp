@@ -4,6 +4,8 @@
 #include <cmath>
 #include <exception>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "common/base/random.h"
 #include "common/base/whole_file.h"
@@ -157,64 +159,73 @@ Result<DecoderWeights> check_decoder(const std::filesystem::path& file, const st
   return read_decoder(file, *graph, repeats, manifest);
 }
 
-std::vector<std::string> onnx_files(const Manifest& manifest) {
+std::vector<std::string> encoder_files(const Manifest& manifest) {
   if (manifest.encoder_kind == "two_look") return {"look1.onnx", "look2.onnx"};
   return {"encoder.onnx"};
 }
 
 }  // namespace
 
+Result<Bundle> Bundle::load(const std::filesystem::path& folder, const Take& take) {
+  Bundle bundle;
+  bundle.folder_ = folder;
+  std::optional<Checksums> checksums;
+  if (const Result<std::optional<std::string>> text = take(kChecksumsFile); !text.ok()) {
+    return text.failure();
+  } else if (*text) {
+    Result<Checksums> listed = Checksums::parse(folder, **text);
+    if (!listed.ok()) return listed.failure();
+    checksums = std::move(listed).value();
+  } else {
+    bundle.warnings_.push_back(folder.string() + " has no " + kChecksumsFile +
+                               ": a damaged file may go unnoticed; make one: " + checksums_command(folder));
+  }
+
+  // Each is held against its hash before anything of it is read: of a damaged file nothing else is worth saying.
+  std::map<std::string, std::string> files;  // sorted by name, as the hash wants them
+  const auto use = [&](const std::string& name) -> Status {
+    Result<std::optional<std::string>> bytes = take(name);
+    if (!bytes.ok()) return bytes.failure();
+    if (!*bytes) return file_error(folder / name, "is missing or not a file");
+    if (Status status = checksums ? checksums->hold(name, **bytes) : Status(); !status) return status;
+    files[name] = std::move(**bytes);
+    return {};
+  };
+  if (Status status = use("manifest.txt"); !status) return status.failure();
+  Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", files["manifest.txt"]);
+  if (!manifest.ok()) return manifest.failure();
+  bundle.manifest_ = std::move(manifest).value();
+  const std::vector<std::string> encoders = encoder_files(bundle.manifest_);
+  if (Status status = use("decoder.onnx"); !status) return status.failure();
+  for (const std::string& name : encoders)
+    if (Status status = use(name); !status) return status.failure();
+
+  Result<DecoderWeights> decoder = check_decoder(folder / "decoder.onnx", files["decoder.onnx"], bundle.manifest_);
+  if (!decoder.ok()) return decoder.failure();
+  bundle.decoder_ = std::move(decoder).value();
+  for (const std::string& name : encoders) {
+    Result<Network> network = check_encoder(folder / name, files[name], bundle.manifest_);
+    if (!network.ok()) return network.failure();
+    if (network->multiply_adds > kNominalEncoderMultiplyAdds) {
+      bundle.warnings_.push_back((folder / name).string() + " takes " +
+                                 std::to_string(network->multiply_adds / 1'000'000) +
+                                 " million multiplications an image, expected at most " +
+                                 std::to_string(kNominalEncoderMultiplyAdds / 1'000'000) +
+                                 " million: the perception thread may not keep up with the camera");
+    }
+    bundle.networks_.push_back(std::move(network).value());
+  }
+  for (const auto& [name, bytes] : files) bundle.hash_ = fnv1a(bytes, fnv1a(name, bundle.hash_));
+  return bundle;
+}
+
 Result<Bundle> Bundle::parse(const std::filesystem::path& folder, const std::map<std::string, std::string>& files) {
   // What reading can still throw (no memory) ends here, as a sentence like everything else.
   try {
-    Bundle bundle;
-    bundle.folder_ = folder;
-    std::map<std::string, const std::string*> used;  // sorted by name, as the hash wants them
-    const auto file = [&](const std::string& name) -> const std::string* {
+    return load(folder, [&](const std::string& name) -> Result<std::optional<std::string>> {
       const auto found = files.find(name);
-      return found == files.end() ? nullptr : used[name] = &found->second;
-    };
-    const auto missing = [&](const std::string& name) { return file_error(folder / name, "is missing or not a file"); };
-
-    const std::string* const text = file("manifest.txt");
-    if (text == nullptr) return missing("manifest.txt");
-    // First of all: of a damaged file nothing else is worth saying.
-    const auto sums = files.find(kChecksumsFile);
-    if (sums != files.end()) {
-      std::map<std::string, const std::string*> held{{"manifest.txt", text}};
-      for (const char* name : {"decoder.onnx", "encoder.onnx", "look1.onnx", "look2.onnx"})
-        if (const auto found = files.find(name); found != files.end()) held[name] = &found->second;
-      if (Status status = check_checksums(folder, sums->second, held); !status) return status.failure();
-    } else {
-      bundle.warnings_.push_back(folder.string() + " has no " + kChecksumsFile +
-                                 ": a damaged file may go unnoticed; make one: " + checksums_command(folder));
-    }
-    Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", *text);
-    if (!manifest.ok()) return manifest.failure();
-    bundle.manifest_ = std::move(manifest).value();
-
-    const std::string* const decoder_bytes = file("decoder.onnx");
-    if (decoder_bytes == nullptr) return missing("decoder.onnx");
-    Result<DecoderWeights> decoder = check_decoder(folder / "decoder.onnx", *decoder_bytes, bundle.manifest_);
-    if (!decoder.ok()) return decoder.failure();
-    bundle.decoder_ = std::move(decoder).value();
-
-    for (const std::string& name : onnx_files(bundle.manifest_)) {
-      const std::string* const bytes = file(name);
-      if (bytes == nullptr) return missing(name);
-      Result<Network> network = check_encoder(folder / name, *bytes, bundle.manifest_);
-      if (!network.ok()) return network.failure();
-      if (network->multiply_adds > kNominalEncoderMultiplyAdds) {
-        bundle.warnings_.push_back((folder / name).string() + " takes " +
-                                   std::to_string(network->multiply_adds / 1'000'000) +
-                                   " million multiplications an image, expected at most " +
-                                   std::to_string(kNominalEncoderMultiplyAdds / 1'000'000) +
-                                   " million: the perception thread may not keep up with the camera");
-      }
-      bundle.networks_.push_back(std::move(network).value());
-    }
-    for (const auto& [name, bytes] : used) bundle.hash_ = fnv1a(*bytes, fnv1a(name, bundle.hash_));
-    return bundle;
+      return found == files.end() ? std::nullopt : std::optional(found->second);
+    });
   } catch (const std::exception& exception) {
     return file_error(folder, std::string("can't read the model bundle: ") + exception.what());
   }
@@ -229,32 +240,15 @@ Result<Bundle> Bundle::read(const std::filesystem::path& folder) {
                        "encoder's files",
                    ErrorCode::kUnreadable};
     }
-    std::map<std::string, std::string> files;
-    const auto take = [&](const std::string& name) -> Status {
-      std::error_code problem;  // a pipe would be waited for
-      if (!std::filesystem::is_regular_file(folder / name, problem))
+    return load(folder, [&](const std::string& name) -> Result<std::optional<std::string>> {
+      std::error_code problem;
+      if (!std::filesystem::exists(folder / name, problem)) return std::optional<std::string>();
+      if (!std::filesystem::is_regular_file(folder / name, problem))  // a pipe would be waited for
         return file_error(folder / name, "is missing or not a file");
       Result<std::string> bytes = read_file(folder / name, kMaxFileBytes);
       if (!bytes.ok()) return bytes.failure();
-      files[name] = std::move(bytes).value();
-      return {};
-    };
-    if (Status status = take("manifest.txt"); !status) return status.failure();
-    if (std::error_code none; std::filesystem::exists(folder / kChecksumsFile, none)) {
-      if (Status status = take(kChecksumsFile); !status) return status.failure();
-      // The manifest says which files there are: held against its hash before it is read.
-      if (Status status = check_checksums(folder, files[kChecksumsFile], {{"manifest.txt", &files["manifest.txt"]}});
-          !status)
-        return status.failure();
-    }
-    const Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", files["manifest.txt"]);
-    if (!manifest.ok()) return manifest.failure();
-    std::vector<std::string> names = onnx_files(*manifest);
-    names.insert(names.begin(), "decoder.onnx");
-    for (const std::string& name : names) {
-      if (Status status = take(name); !status) return status.failure();
-    }
-    return parse(folder, files);
+      return std::optional(std::move(bytes).value());
+    });
   } catch (const std::exception& exception) {  // an impossible path
     return file_error(folder, std::string("can't read the model bundle: ") + exception.what());
   }

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -109,6 +111,10 @@ class Bundle {
   const std::vector<std::string>& warnings() const noexcept { return warnings_; }
 
  private:
+  /// The content of the file of this name; empty: there is none.
+  using Take = std::function<Result<std::optional<std::string>>(const std::string& name)>;
+  static Result<Bundle> load(const std::filesystem::path& folder, const Take& take);
+
   std::filesystem::path folder_;
   Manifest manifest_;
   DecoderWeights decoder_;

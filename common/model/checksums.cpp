@@ -76,10 +76,10 @@ Status write_checksums(const std::filesystem::path& folder) {
   return write_file(folder / kChecksumsFile, *text);
 }
 
-Status check_checksums(const std::filesystem::path& folder, const std::string& text,
-                       const std::map<std::string, const std::string*>& files) {
+Result<Checksums> Checksums::parse(const std::filesystem::path& folder, const std::string& text) {
   const std::filesystem::path sums = folder / kChecksumsFile;
-  std::map<std::string, std::string> listed;
+  Checksums checksums;
+  checksums.folder_ = folder;
   std::istringstream lines(text);
   std::size_t number = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -91,18 +91,20 @@ Status check_checksums(const std::filesystem::path& folder, const std::string& t
     if (!parse_line(line, &hash, &name))
       return file_error(sums, "line " + std::to_string(number) + " is " + in_quotes(line) +
                                   ", expected 64 hexadecimal digits, two spaces and a file's name" + next_step(folder));
-    listed[name] = hash;
+    checksums.listed_[name] = hash;
   }
-  for (const auto& [name, bytes] : files) {
-    const auto found = listed.find(name);
-    if (found == listed.end()) return file_error(sums, "does not list " + name + next_step(folder));
-    const Result<std::string> hash = sha256(*bytes);
-    if (!hash) return hash.failure();
-    if (*hash != found->second)
-      return file_error(folder / name, "is not the file that " + std::string(kChecksumsFile) +
-                                           " tells of: its SHA-256 is " + *hash + ", expected " + found->second +
-                                           next_step(folder));
-  }
+  return checksums;
+}
+
+Status Checksums::hold(const std::string& name, const std::string& bytes) const {
+  const auto found = listed_.find(name);
+  if (found == listed_.end()) return file_error(folder_ / kChecksumsFile, "does not list " + name + next_step(folder_));
+  const Result<std::string> hash = sha256(bytes);
+  if (!hash) return hash.failure();
+  if (*hash != found->second)
+    return file_error(folder_ / name, "is not the file that " + std::string(kChecksumsFile) +
+                                          " tells of: its SHA-256 is " + *hash + ", expected " + found->second +
+                                          next_step(folder_));
   return {};
 }
 

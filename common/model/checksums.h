@@ -26,9 +26,17 @@ Status write_checksums(const std::filesystem::path& folder);
 /// For people: the line for a shell that does the same.
 std::string checksums_command(const std::filesystem::path& folder);
 
-/// Holds files against the content of SHA256SUMS. Each has to be listed; what is listed beyond them is not looked at.
-/// @param folder  stands in messages, which name the file and the next step
-Status check_checksums(const std::filesystem::path& folder, const std::string& text,
-                       const std::map<std::string, const std::string*>& files);
+/// The content of SHA256SUMS, to hold files against. What is listed beyond them is not looked at.
+class Checksums {
+ public:
+  /// @param folder  stands in messages, which name the file and the next step
+  static Result<Checksums> parse(const std::filesystem::path& folder, const std::string& text);
+  /// Errors: a file that isn't listed, or has changed.
+  Status hold(const std::string& name, const std::string& bytes) const;
+
+ private:
+  std::filesystem::path folder_;
+  std::map<std::string, std::string> listed_;  // hash by name
+};
 
 }  // namespace gatefield::model

@@ -36,8 +36,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   if (data[0] == 's') {
-    const std::string held = "what the sums are held against";
-    const Status verdict = model::check_checksums("folder", text, {{"manifest.txt", &held}});
+    const auto sums = model::Checksums::parse("folder", text);
+    const Status verdict = sums.ok() ? sums->hold("manifest.txt", "what the sums are held against") : sums.failure();
     expect_words(verdict.ok() ? Result<int>(0) : Result<int>(verdict.failure()));
     return 0;
   }

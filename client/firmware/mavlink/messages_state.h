@@ -115,7 +115,7 @@ struct HighresImu {
   float xacc = 0, yacc = 0, zacc = 0;     ///< specific force, m/s2
   float xgyro = 0, ygyro = 0, zgyro = 0;  ///< rad/s
   float xmag = 0, ymag = 0, zmag = 0;     ///< gauss
-  float abs_pressure = 0;                 ///< hPa; Pa from PX4 up to 1.16
+  float abs_pressure = 0;                 ///< hPa; from PX4 up to 1.16 Pa: more than 2000 of anything is Pa
   float diff_pressure = 0;                ///< hPa
   float pressure_alt = 0;                 ///< m
   float temperature = 0;                  ///< degrees Celsius
