@@ -163,7 +163,7 @@ Result<Scenario> make_scenario(const ScenarioFile& spec, const std::filesystem::
 }
 
 scene::World perturbed_world(const Track& track, const Perturbation& perturbation, std::uint64_t seed) {
-  scene::World world = nominal_world(track);
+  scene::World world = bare_world(track);
   Random random(seed, Stream("gatefield.perturbation"));
   const auto magnitude = [&random] { return (random.chance(0.5) ? 1.0 : -1.0) * random.uniform(0.5, 1.0); };
   for (scene::Gate& gate : world.gates) {
@@ -183,6 +183,7 @@ scene::World perturbed_world(const Track& track, const Perturbation& perturbatio
     gate.X_WG.linear() = R_WG;
     gate.X_WG.translation() = p_WG;
   }
+  furnish(track, &world);
   return world;
 }
 
