@@ -73,7 +73,9 @@ Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Ste
     found.cause = Cause::kNotRecorded;
     return found;
   }
-  const Eigen::Isometry3d& X_WG = gates[static_cast<std::size_t>(found.waypoint)].X_WG;
+  const scene::Gate& gate = gates[static_cast<std::size_t>(found.waypoint)];
+  const Eigen::Isometry3d& X_WG = gate.X_WG;
+  const double wrong_center_m = kWrongCenter_m * gate.shape.inner_half_m / GateShape{}.inner_half_m;
   const double end_s = judged_until_s(report, found.waypoint);
   const double epoch_s = seconds(simulator::kLockstepEpoch);
 
@@ -99,7 +101,7 @@ Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Ste
     if (seconds(step.stamp) - epoch_s <= end_s) last = &step;
   const bool other_gate = last != nullptr && (static_cast<int>(last->waypoint) != found.waypoint || last->hold);
   const bool seen = std::isfinite(first_seen_s);
-  const bool wrong = other_gate || found.center_error_m > kWrongCenter_m || found.axis_error_rad > kWrongAxis_rad;
+  const bool wrong = other_gate || found.center_error_m > wrong_center_m || found.axis_error_rad > kWrongAxis_rad;
   if (seen && wrong) {
     found.cause = Cause::kPerceptionWrong;
   } else if (!seen || found.seen_before_s < kJudged_s) {

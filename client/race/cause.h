@@ -26,7 +26,8 @@ const char* name(Cause cause) noexcept;
 /// "perception wrong", ...: for people.
 const char* words(Cause cause) noexcept;
 
-/// Beyond this a belief is wrong: the opening's half-width less the vehicle's radius, and a little.
+/// Beyond this a belief is wrong: the opening's half-width less the vehicle's radius, and a little. Of gates whose
+/// opening is 1.0 m; of others as much more or less as they are larger.
 inline constexpr double kWrongCenter_m = 0.3;
 inline constexpr double kWrongAxis_rad = 0.52;  ///< 30 degrees
 /// The belief is judged over this time before the end (the planner's horizon), and a gate first seen less than this

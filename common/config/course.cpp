@@ -29,6 +29,10 @@ Status check_point(const std::string& field, const Eigen::Vector3d& p) {
 
 Status check_gate(const std::string& field, const GateSpec& spec) {
   if (auto status = validate(to_shape(spec)); !status) return status.failure().within(field, field);
+  if (spec.has_leg_width_m())
+    if (auto status = check_number(field + "gate.leg_width_m", spec.leg_width_m(), 0.005, spec.outer_half_m(), " m");
+        !status)
+      return status;
   return check_number(field + "gate.reflectance", spec.reflectance(), 0, 1, "");
 }
 
@@ -56,6 +60,7 @@ Status add_waypoint(const WaypointSpec& spec, const std::string& field, const Ga
     if (auto status = check_gate(field + ".", spec.gate()); !status) return status;
   waypoint.gate_id = spec.gate_id();
   track->course.waypoints.push_back(waypoint);
+  track->leg_width_m.push_back((spec.has_gate() ? spec.gate() : gate).leg_width_m());
   track->gate_reflectance.push_back(
       static_cast<float>(spec.gate().has_reflectance() ? spec.gate().reflectance() : gate.reflectance()));
   return {};
@@ -176,6 +181,10 @@ Status convert(const CourseFile& spec, Track* track) {
     track->course.floor_z_m = track->floor_z_m;
     track->floor_reflectance = static_cast<float>(spec.floor().reflectance());
   }
+  for (std::size_t i = 0; i < track->leg_width_m.size() && !track->has_floor; ++i)
+    if (track->leg_width_m[i] > 0)
+      return Error{"waypoint[" + std::to_string(i) + "] has a gate with leg_width_m, expected a floor to stand on",
+                   ErrorCode::kInvalid, "waypoint[" + std::to_string(i) + "].gate.leg_width_m"};
   if (auto status = validate(track->course); !status) return status;
 
   track->start_p_WB = to_vector(spec.start().position());
@@ -199,7 +208,7 @@ Status convert(const CourseFile& spec, Track* track) {
 
 }  // namespace
 
-scene::World nominal_world(const Track& track) {
+scene::World bare_world(const Track& track) {
   scene::World world;
   for (std::size_t i = 0; i < track.course.waypoints.size(); ++i) {
     if (gate_index(track.course, i) < world.gates.size()) continue;  // it stands there already
@@ -207,10 +216,28 @@ scene::World nominal_world(const Track& track) {
     world.gates.push_back({gate_pose(track.course.waypoints[i].p_W, passing_direction(track.course, i)),
                            track.course.waypoints[i].gate, reflectance});
   }
-  world.boxes = track.clutter;
   world.has_floor = track.has_floor;
   world.floor_z_m = track.floor_z_m;
   world.floor_reflectance = track.floor_reflectance;
+  return world;
+}
+
+void furnish(const Track& track, scene::World* world) {
+  world->boxes = track.clutter;
+  std::size_t standing = 0;
+  for (std::size_t i = 0; i < track.leg_width_m.size(); ++i) {
+    const std::size_t gate = gate_index(track.course, i);
+    if (gate < standing) continue;
+    ++standing;
+    if (track.leg_width_m[i] <= 0) continue;
+    const std::vector<scene::Box> legs = scene::leg_boxes(world->gates[gate], track.leg_width_m[i], world->floor_z_m);
+    world->boxes.insert(world->boxes.end(), legs.begin(), legs.end());
+  }
+}
+
+scene::World nominal_world(const Track& track) {
+  scene::World world = bare_world(track);
+  furnish(track, &world);
   return world;
 }
 

@@ -19,6 +19,7 @@ struct Track {
   /// share a place.
   Course course;
   std::vector<float> gate_reflectance;  ///< by waypoint
+  std::vector<double> leg_width_m;      ///< by waypoint; 0: its gate stands on no legs
   Eigen::Vector3d start_p_WB = Eigen::Vector3d::Zero();
   double start_yaw_rad = 0.0;
   Eigen::AlignedBox3d flight_volume;
@@ -36,8 +37,13 @@ struct Track {
 Result<Track> load_track(const std::filesystem::path& file);
 
 /// The world as the course file has it: each physical gate once, numbered as gate_index() has it, at its nominal pose
-/// as the first waypoint that passes it says.
+/// as the first waypoint that passes it says; then what else stands there (furnish()).
 scene::World nominal_world(const Track& track);
+
+/// The same with the gates alone, for who moves them first.
+scene::World bare_world(const Track& track);
+/// Adds the clutter, and legs under the gates where those stand now.
+void furnish(const Track& track, scene::World* world);
 
 /// What a lap passes, one per waypoint: the gate of nominal_world() or perturbed_world(), and whether along its x axis,
 /// which is the direction of the first waypoint that passes it.

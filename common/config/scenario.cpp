@@ -175,7 +175,7 @@ Result<Scenario> make_scenario(const ScenarioFile& spec, const std::filesystem::
 }
 
 scene::World perturbed_world(const Track& track, const Perturbation& perturbation, std::uint64_t seed) {
-  scene::World world = nominal_world(track);
+  scene::World world = bare_world(track);
   Random random(seed, Stream("gatefield.perturbation"));
   // Drawn when it is not needed, too: one seed has the same ways and sides, exact or not.
   const auto magnitude = [&random, &perturbation] {
@@ -205,6 +205,7 @@ scene::World perturbed_world(const Track& track, const Perturbation& perturbatio
     gate.X_WG.linear() = R_WG;
     gate.X_WG.translation() = p_WG;
   }
+  furnish(track, &world);
   return world;
 }
 

@@ -120,6 +120,16 @@ Status check_heard(std::uint32_t waypoint, std::uint32_t lap) {
   return {};
 }
 
+/// Whether the vehicle's body fits through every opening.
+Status check_passable(const SessionRequest& request) {
+  const double radius_m = request.quadrotor.collision_radius_m;
+  for (std::size_t i = 0; i < request.course.waypoints.size(); ++i)
+    if (const double inner_half_m = request.course.waypoints[i].gate.inner_half_m; inner_half_m <= radius_m)
+      return wrong("course.waypoints[" + std::to_string(i) + "].gate.inner_half_m", text(inner_half_m),
+                   "more than the vehicle's collision_radius_m, " + text(radius_m) + " m");
+  return {};
+}
+
 }  // namespace
 
 bool is_name(std::string_view name) noexcept {
@@ -160,7 +170,8 @@ Status validate(const SessionRequest& request) {
   if (auto s = gatefield::validate(request.quadrotor); !s) return s;
   if (auto s = gatefield::validate(request.actuation); !s) return s;
   if (auto s = gatefield::validate(request.camera); !s) return s;
-  return gatefield::validate(request.course);
+  if (auto s = gatefield::validate(request.course); !s) return s;
+  return check_passable(request);
 }
 
 Status validate(const SessionReply& reply) {

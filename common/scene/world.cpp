@@ -44,6 +44,25 @@ std::vector<Box> frame_boxes(const Gate& gate) {
   return boxes;
 }
 
+std::vector<Box> leg_boxes(const Gate& gate, double width_m, double floor_z_m) {
+  const bool round = gate.shape.opening == GateShape::Opening::kRound;
+  const double corner_m = gate.shape.outer_half_m * (round ? std::sqrt(0.5) : 1.0);
+  const Eigen::Vector3d left_W = gate.X_WG.linear().col(1);
+  std::vector<Box> boxes;
+  for (const double side : {1.0, -1.0}) {
+    const Eigen::Vector3d top_W = gate.X_WG * Eigen::Vector3d(0, side * (corner_m - 0.5 * width_m), -corner_m);
+    const double height_m = top_W.z() - floor_z_m;
+    if (height_m < 0.01) continue;
+    Box leg{.reflectance = gate.reflectance};
+    leg.X_WO.linear() =
+        Eigen::AngleAxisd(std::atan2(-left_W.x(), left_W.y()), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    leg.X_WO.translation() = top_W - Eigen::Vector3d(0, 0, 0.5 * height_m);
+    leg.half_m = {0.5 * gate.shape.thickness_m, 0.5 * width_m, 0.5 * height_m};
+    boxes.push_back(leg);
+  }
+  return boxes;
+}
+
 std::vector<Box> solid_boxes(const World& world) {
   std::vector<Box> boxes = world.boxes;
   for (const Gate& gate : world.gates) {

@@ -64,9 +64,10 @@ Result<Eyes> learned_eyes(std::filesystem::path folder, const Options& options, 
   eyes.warnings = model->bundle.warnings();
   eyes.model_hash = model->bundle.hash();
   eyes.cone_angle_rad = manifest.cone_angle_rad;
-  eyes.gate_inner_half_m = manifest.gate_inner_half_m;
   eyes.sensor = [model, decoder = backend.prepare(model->bundle.decoder())](
-                    const protocol::SessionRequest&) -> Result<std::unique_ptr<perception::GateSensor>> {
+                    const protocol::SessionRequest& request) -> Result<std::unique_ptr<perception::GateSensor>> {
+    if (auto status = perception::check_openings(model->bundle.manifest(), request.course); !status)
+      return status.failure();
     return std::unique_ptr<perception::GateSensor>(
         std::make_unique<perception::LearnedSensor>(&model->bundle, decoder, model->encoders.get()));
   };

@@ -203,7 +203,6 @@ int serve(const std::string& program, const Options& options,
   serving.crew = &crew;
   serving.isa = std::string((*backend)->name());
   serving.model_hash = eyes->model_hash;
-  serving.model_gate_inner_half_m = eyes->gate_inner_half_m;
   serving.profiles = *profiles;
   serving.utilisation = options.utilisation;
   serving.max_priority = static_cast<std::uint8_t>(options.max_priority);

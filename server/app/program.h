@@ -55,8 +55,8 @@ struct Eyes {
   std::vector<std::string> warnings;  ///< for the log
   std::uint64_t model_hash = 0;       ///< told to vehicles, and written into saved pilots
   double cone_angle_rad = 0.0;        ///< of the hourglass that fields have
-  double gate_inner_half_m = 0.0;     ///< opening that they were made for; 0 = any
   bool blind = false;  ///< never sees a gate, so that slowing down before one that was not seen gains nothing
+  /// The error is what the vehicle is refused with: gates that can't be seen, for one.
   std::function<Result<std::unique_ptr<perception::GateSensor>>(const protocol::SessionRequest&)> sensor;
 };
 

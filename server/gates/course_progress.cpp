@@ -1,10 +1,14 @@
 #include "server/gates/course_progress.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "server/gates/gate_size.h"
 
 namespace gatefield::gates {
 namespace {
 
+// Of the usual gate (gate_size()):
 /// How far from the believed centre a crossing may be and still count, beyond the opening's half-width.
 constexpr double kSeenTolerance_m = 0.25;
 /// Without sight of the gate the nominal plane is all there is; the gate may be far from it.
@@ -35,11 +39,13 @@ void CourseProgress::resume(std::uint32_t waypoint, std::uint32_t lap) noexcept 
   at_.lap = lap;
   at_.done = false;
   at_.has_previous = false;
+  at_.has_before = false;
   at_.resumed = waypoint != 0 || lap != 0;  // at its very beginning, nothing was passed before
 }
 
 void CourseProgress::away() noexcept {
   at_.has_previous = false;
+  at_.has_before = false;
   at_.resumed = true;
 }
 
@@ -59,6 +65,7 @@ void CourseProgress::advance() noexcept {
     at_.done = true;
   }
   if (again()) at_.has_previous = false;
+  at_.has_before = false;
 }
 
 bool CourseProgress::again() const noexcept {
@@ -105,21 +112,39 @@ bool CourseProgress::update(const Eigen::Vector3d& p_WB, const GateBelief& targe
     }
   }
   const double after_m = (p_WB - target.center_W).dot(target.axis_W);
+  const double size = gate_size(target.shape);
   if (!had_previous) {
     at_.has_previous = !again() || after_m <= -kInFront_m;
     return false;
   }
-
-  const double before_m = (from - target.center_W).dot(target.axis_W);
-  if (!(before_m < 0.0 && after_m >= 0.0)) return false;
-  const Eigen::Vector3d crossing = from + (p_WB - from) * (before_m / (before_m - after_m));
-  const Eigen::Vector3d off = crossing - target.center_W;
-  const double lateral_m = (off - off.dot(target.axis_W) * target.axis_W).norm();
-  const double tolerance_m = target.seen ? kSeenTolerance_m : kUnseenTolerance_m;
-  if (lateral_m > route_->course.waypoints[at_.target].gate.inner_half_m + tolerance_m) return false;
+  const double tolerance_m = size * (target.seen ? kSeenTolerance_m : kUnseenTolerance_m);
+  if (!crosses(from, p_WB, target.center_W, target.axis_W, tolerance_m) &&
+      !(moved(target, size) && crosses(from, p_WB, at_.before_center_W, at_.before_axis_W, tolerance_m))) {
+    if (target.seen && after_m <= -size * kBefore_m) {
+      at_.has_before = true;
+      at_.before_center_W = target.center_W;
+      at_.before_axis_W = target.axis_W;
+    }
+    return false;
+  }
 
   advance();
   return true;
+}
+
+bool CourseProgress::crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& center_W,
+                             const Eigen::Vector3d& axis_W, double tolerance_m) const noexcept {
+  const double before_m = (from - center_W).dot(axis_W), after_m = (p_WB - center_W).dot(axis_W);
+  if (!(before_m < 0.0 && after_m >= 0.0)) return false;
+  const Eigen::Vector3d crossing = from + (p_WB - from) * (before_m / (before_m - after_m));
+  const Eigen::Vector3d off = crossing - center_W;
+  const double lateral_m = (off - off.dot(axis_W) * axis_W).norm();
+  return lateral_m <= route_->course.waypoints[at_.target].gate.inner_half_m + tolerance_m;
+}
+
+bool CourseProgress::moved(const GateBelief& target, double size) const noexcept {
+  return at_.has_before && ((target.center_W - at_.before_center_W).norm() > size * kMoved_m ||
+                            target.axis_W.dot(at_.before_axis_W) < std::cos(kTurned_rad));
 }
 
 bool CourseProgress::has_next() const noexcept {

@@ -11,11 +11,18 @@ namespace gatefield::gates {
 
 /// Where in the course a vehicle is, as far as the planner can know: it counts a gate as passed when the vehicle
 /// crosses the believed plane inside the believed opening in the passing direction. The referee's word is another
-/// matter. Where the same gate comes twice in a row, the second passage counts only once the vehicle was 0.2 m in front
+/// matter. What was believed when the vehicle was last kBefore_m in front of the gate counts as well, where the belief has
+/// since moved by more than kMoved_m or turned by more than kTurned_rad: a vehicle flies through what it saw, whatever the
+/// last frames made of it. Where the same gate comes twice in a row, the second passage counts only once the vehicle was 0.2 m in front
 /// of it again: it may have come to hardly beyond the plane, and the belief of where that is moves.
 /// Thread-safe: no.   Real-time safe: all but the constructor; a copy shares the course.
 class CourseProgress {
  public:
+  // Lengths are those of the usual gate (gate_size()).
+  static constexpr double kBefore_m = 1.0;
+  static constexpr double kMoved_m = 0.35;
+  static constexpr double kTurned_rad = 0.6;
+
   /// @pre the course is valid
   explicit CourseProgress(const Course& course);
 
@@ -55,6 +62,9 @@ class CourseProgress {
     bool has_previous = false;  ///< no crossing counts without
     bool resumed = false;       ///< by resume(), and not found twice since
     Eigen::Vector3d previous_p_WB = Eigen::Vector3d::Zero();
+    bool has_before = false;  ///< of this target
+    Eigen::Vector3d before_center_W = Eigen::Vector3d::Zero();
+    Eigen::Vector3d before_axis_W = Eigen::Vector3d::UnitX();
   };
   const State& state() const noexcept { return at_; }
   /// @return false, and nothing changes, when the course has no such waypoint or lap
@@ -67,6 +77,11 @@ class CourseProgress {
   };
   bool has(std::uint32_t waypoint, std::uint32_t lap) const noexcept;
   void advance() noexcept;
+  /// Whether the way from the previous position to p_WB leads through the opening at this centre and axis.
+  bool crosses(const Eigen::Vector3d& from, const Eigen::Vector3d& p_WB, const Eigen::Vector3d& center_W,
+               const Eigen::Vector3d& axis_W, double tolerance_m) const noexcept;
+  /// Whether the belief is another one than it was before the vehicle came near.
+  bool moved(const GateBelief& target, double size) const noexcept;
   bool passed_while_away(const Eigen::Vector3d& p_WB) const noexcept;
   /// Whether the target is the gate that was passed last.
   bool again() const noexcept;

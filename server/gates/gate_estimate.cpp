@@ -6,6 +6,7 @@
 namespace gatefield::gates {
 namespace {
 
+// Lengths are those of the usual gate (gate_size()).
 // Spread that a standing gate's estimate gains in a second (its variance grows with time): the error common to
 // neighbouring frames.
 constexpr double kCenterDrift_m = 0.08;
@@ -15,6 +16,8 @@ constexpr double kGateFloor_m = 0.10;
 constexpr int kOutliersToRestart = 4;
 constexpr double kOutliersAgree_m = 0.35;
 constexpr int kMaxVotes = 10;
+/// A measurement so near to what is then believed agrees with it. A belief that is still on its way binds nothing.
+constexpr double kSteady_m = 0.15;
 
 }  // namespace
 
@@ -30,26 +33,55 @@ void GateEstimate::restart(const GateMeasurement& measurement) noexcept {
   state_.votes = 1;
 }
 
-bool GateEstimate::update(const GateMeasurement& measurement, Stamp stamp) noexcept {
+bool GateEstimate::fresh(Stamp stamp) const noexcept {
+  return stamp >= state_.afar_stamp && stamp - state_.afar_stamp <= kFresh;
+}
+
+bool GateEstimate::established(Stamp stamp) const noexcept { return state_.from_afar >= kEstablished && fresh(stamp); }
+
+bool GateEstimate::turns(const GateMeasurement& measurement) const noexcept {
+  return std::abs(measurement.X_WG.linear().col(0).dot(state_.afar_axis_W)) < std::cos(kTurn_rad);
+}
+
+void GateEstimate::keep_what_is_seen_from_afar(const GateMeasurement& measurement, Stamp stamp, double size) noexcept {
+  if (measurement.distance_m < size * kNear_m) return;
+  const bool steady = (measurement.X_WG.translation() - state_.X_WG.translation()).norm() < size * kSteady_m;
+  const int agreeing = fresh(stamp) ? state_.from_afar : 0;
+  state_.from_afar = steady ? std::min(agreeing + 1, kEstablished) : 0;
+  state_.afar_stamp = stamp;
+  state_.afar_center_W = state_.X_WG.translation();
+  state_.afar_axis_W = state_.X_WG.linear().col(0);
+}
+
+bool GateEstimate::update(const GateMeasurement& measurement, Stamp stamp, double size) noexcept {
   if (!state_.started) {
     restart(measurement);
     state_.stamp = stamp;
+    keep_what_is_seen_from_afar(measurement, stamp, size);
     return true;
   }
   const double elapsed_s = std::clamp(seconds(stamp - state_.stamp), 0.0, 10.0);
   state_.stamp = std::max(stamp, state_.stamp);
-  state_.center_variance_m2 += kCenterDrift_m * kCenterDrift_m * elapsed_s;
+  const double center_drift_m = size * kCenterDrift_m;
+  state_.center_variance_m2 += center_drift_m * center_drift_m * elapsed_s;
   state_.axis_variance_rad2 += kAxisDrift_rad * kAxisDrift_rad * elapsed_s;
 
   const Eigen::Vector3d innovation = measurement.X_WG.translation() - state_.X_WG.translation();
   const double variance = state_.center_variance_m2 + measurement.center_sigma_m * measurement.center_sigma_m;
-  if (innovation.norm() > kGate_sigmas * std::sqrt(variance) + kGateFloor_m) {
-    const bool agrees =
-        state_.outliers > 0 && (measurement.X_WG.translation() - state_.outlier_center_W).norm() < kOutliersAgree_m;
+  const bool known = established(stamp), near = measurement.distance_m < size * kNear_m;
+  const bool strays =
+      known && near &&
+      (turns(measurement) || (measurement.X_WG.translation() - state_.afar_center_W).norm() > size * kSlide_m);
+  if (strays || innovation.norm() > kGate_sigmas * std::sqrt(variance) + size * kGateFloor_m) {
+    const bool agrees = state_.outliers > 0 &&
+                        (measurement.X_WG.translation() - state_.outlier_center_W).norm() < size * kOutliersAgree_m;
     state_.outliers = agrees ? state_.outliers + 1 : 1;
     state_.outlier_center_W = measurement.X_WG.translation();
-    if (state_.outliers < kOutliersToRestart) return false;
+    if (strays) return false;
+    if (state_.outliers < (known && turns(measurement) ? kTurnedOutliersToRestart : kOutliersToRestart)) return false;
     restart(measurement);
+    if (!near) state_.from_afar = 0;
+    keep_what_is_seen_from_afar(measurement, stamp, size);
     return true;
   }
   state_.outliers = 0;
@@ -74,6 +106,7 @@ bool GateEstimate::update(const GateMeasurement& measurement, Stamp stamp) noexc
   // Roll is only known up to the shape's symmetry: take the newest frame's, turned onto the filtered axis.
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(measurement.X_WG.linear().col(0), sign * mean);
   state_.X_WG.linear() = (turn * Eigen::Quaterniond(measurement.X_WG.linear())).normalized().toRotationMatrix();
+  keep_what_is_seen_from_afar(measurement, stamp, size);
   return true;
 }
 

@@ -11,6 +11,7 @@ struct GateMeasurement {
   Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
   double center_sigma_m = 0.1;
   double axis_sigma_rad = 0.1;
+  double distance_m = 1e3;  ///< from the camera to the gate at the capture; far when nobody says
 };
 
 /// Centre and axis of one gate, filtered over frames: a Kalman filter with one variance for the centre and one for the
@@ -21,6 +22,11 @@ struct GateMeasurement {
 ///   outlier    |c_measured - c| > 3.5 sqrt(P + R) + 0.1 m   left out; the fourth in a row within 0.35 m of the one
 ///                                                           before it is believed from then on
 ///   else       k = P / (P + R),  c += k (c_measured - c),  P *= 1 - k;  the axis likewise, with a variance of its own
+/// Near a gate less of it is in the image, and other openings look like it: the room between its legs, a gate behind it.
+/// So from nearer than kNear_m, what kEstablished measurements in a row from farther off agreed on (kFresh) is not given
+/// up: a measurement that lies more than kSlide_m from what was believed at kNear_m, or turns that axis by more than
+/// kTurn_rad, is an outlier, and however many agree, they are not believed. From farther off, outliers that would turn
+/// an established axis by more than kTurn_rad begin anew after kTurnedOutliersToRestart.
 /// Frames W and G (x through the opening); metres, radians.
 /// An axis and its opposite are the same gate; which of them is the passing direction is the measurements' to say, each
 /// with one vote. (Far away the error of a turned gate's axis can reach beyond 90 degrees from the course's direction,
@@ -28,8 +34,16 @@ struct GateMeasurement {
 /// Thread-safe: no.   Real-time safe: yes.
 class GateEstimate {
  public:
+  static constexpr double kNear_m = 2.5;
+  static constexpr double kSlide_m = 0.35;
+  static constexpr double kTurn_rad = 0.8;
+  static constexpr int kEstablished = 8;
+  static constexpr Stamp kFresh = std::chrono::seconds(2);
+  static constexpr int kTurnedOutliersToRestart = 12;
+
+  /// @param size  gate_size(): lengths are those of the usual gate times this
   /// @return false when the measurement was set aside as an outlier
-  bool update(const GateMeasurement& measurement, Stamp stamp) noexcept;
+  bool update(const GateMeasurement& measurement, Stamp stamp, double size = 1.0) noexcept;
 
   bool started() const noexcept { return state_.started; }
   const Eigen::Isometry3d& X_WG() const noexcept { return state_.X_WG; }
@@ -46,12 +60,22 @@ class GateEstimate {
     double axis_variance_rad2 = 1.0;
     int outliers = 0;  ///< in a row, agreeing with each other
     Eigen::Vector3d outlier_center_W = Eigen::Vector3d::Zero();
+    // What was seen from farther than kNear_m.
+    int from_afar = 0;  ///< measurements taken, in a row without a gap of kFresh
+    Stamp afar_stamp{0};
+    Eigen::Vector3d afar_center_W = Eigen::Vector3d::Zero();
+    Eigen::Vector3d afar_axis_W = Eigen::Vector3d::UnitX();
   };
   const State& state() const noexcept { return state_; }
   void restore(const State& state) noexcept { state_ = state; }
 
  private:
   void restart(const GateMeasurement& measurement) noexcept;
+  bool fresh(Stamp stamp) const noexcept;
+  /// Whether enough was seen from afar, not long before.
+  bool established(Stamp stamp) const noexcept;
+  bool turns(const GateMeasurement& measurement) const noexcept;
+  void keep_what_is_seen_from_afar(const GateMeasurement& measurement, Stamp stamp, double size) noexcept;
 
   State state_;
 };

@@ -1,9 +1,11 @@
 #include "server/gates/gate_records.h"
 
+#include "server/gates/gate_size.h"
+
 namespace gatefield::gates {
 namespace {
 
-/// A gate may be this far from its nominal waypoint; beyond it, what was seen is another gate.
+/// The usual gate (gate_size()) may be this far from its nominal waypoint; beyond it, what was seen is another gate.
 constexpr double kFarthestFromNominal_m = 1.9;
 
 }  // namespace
@@ -33,13 +35,14 @@ std::optional<Eigen::Isometry3d> GateRecords::take(std::uint32_t waypoint, GateM
   const GateBelief& nominal = passages_.nominal(waypoint);
   Record& known = record(waypoint);
   Eigen::Isometry3d& X_WG = measurement->X_WG;
-  if ((X_WG.translation() - nominal.center_W).norm() > kFarthestFromNominal_m) return std::nullopt;
+  const double size = gate_size(nominal.shape);
+  if ((X_WG.translation() - nominal.center_W).norm() > size * kFarthestFromNominal_m) return std::nullopt;
   // The passing direction is the course's; the record keeps it as the gate's first passage has it.
   if (X_WG.linear().col(0).dot(passages_.turned(waypoint, nominal.axis_W)) < 0) {
     X_WG.linear().col(0) *= -1.0;
     X_WG.linear().col(1) *= -1.0;
   }
-  if (!known.estimate.update(*measurement, capture)) return std::nullopt;
+  if (!known.estimate.update(*measurement, capture, size)) return std::nullopt;
   RememberedGate& gate = known.gate;
   gate.seen = true;
   gate.stamp = capture;

@@ -7,6 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "server/gates/gate_size.h"
+
 namespace gatefield::perception {
 namespace {
 
@@ -110,7 +112,7 @@ void SensorWatch::watch(const WatchedFrame& frame, const gates::Expectation& gat
 
 void SensorWatch::conclude(const Try& found) noexcept {
   const bool agrees = suspicion_ && suspicion_->correction == found.correction &&
-                      (suspicion_->p_W - found.p_W).norm() < kSamePlace_m &&
+                      (suspicion_->p_W - found.p_W).norm() < size() * kSamePlace_m &&
                       found.capture - suspicion_->capture <= kAgree;
   if (agrees)
     explained_ |= bit(found.correction.kind == Correction::Kind::kUnit ? Problem::kDepthUnitLooksWrong
@@ -157,7 +159,7 @@ void SensorWatch::watch_sightings(const WatchedFrame& frame) {
   std::optional<std::size_t> turn;
   if (sightings_.size() >= kFewestSightings) {
     const Eigen::Isometry3d X_BC = camera_.X_BC;
-    if (const double told_m = spread_m(X_BC); told_m > kMoved_m) {
+    if (const double told_m = spread_m(X_BC); told_m > size() * kMoved_m) {
       double least_m = kStill * told_m;
       for (std::size_t i = 0; i < kTurns; ++i)
         if (const double turned_m = spread_m(turned(X_BC, i)); turned_m < least_m) {
@@ -193,8 +195,11 @@ double SensorWatch::distance_to_course_m(const Eigen::Vector3d& p_W) const noexc
 
 bool SensorWatch::explains(double off_m, const Eigen::Vector3d& p_W) const noexcept {
   const double uncorrected_m = distance_to_course_m(p_W);
-  return off_m <= tolerance_m_ && uncorrected_m > tolerance_m_ && off_m <= kMuchNearer * uncorrected_m;
+  const double tolerance_m = size() * tolerance_m_;
+  return off_m <= tolerance_m && uncorrected_m > tolerance_m && off_m <= kMuchNearer * uncorrected_m;
 }
+
+double SensorWatch::size() const noexcept { return gates::gate_size(passages_->nominal(target_).shape); }
 
 std::optional<SensorWatch::Try> SensorWatch::try_turns(const WatchedFrame& frame) const {
   if (!frame.seen_W) return std::nullopt;
@@ -202,7 +207,7 @@ std::optional<SensorWatch::Try> SensorWatch::try_turns(const WatchedFrame& frame
   const Eigen::Isometry3d X_WB = frame.X_WC * X_BC.inverse();
   const Eigen::Vector3d p_C = frame.X_WC.inverse() * *frame.seen_W;
   std::optional<Try> best;
-  double nearest_m = tolerance_m_;
+  double nearest_m = size() * tolerance_m_;
   for (std::size_t turn = 0; turn < kTurns; ++turn) {
     const Eigen::Vector3d p_W = X_WB * (turned(X_BC, turn) * p_C);
     const double off_m = turn == kBackwards ? distance_to_course_m(p_W) : distance_to_waypoint_m(p_W, frame.target);
@@ -217,8 +222,8 @@ std::optional<SensorWatch::Correction> SensorWatch::choose(const WatchedFrame& f
                                                            const gates::Expectation& gate) const {
   // Pixels around the waypoint whose depth a correction would bring to its distance.
   const Eigen::Vector3d center_C = frame.X_WC.inverse() * gate.center_W;
-  const double z_m = center_C.z(), around_m = gate.shape.outer_half_m + kAround_m;
-  const double off_m = std::min(kAtDistance_m, kAtDistance * z_m);
+  const double z_m = center_C.z(), around_m = gate.shape.outer_half_m + size() * kAround_m;
+  const double off_m = std::min(size() * kAtDistance_m, kAtDistance * z_m);
   const double u = camera_.cx_px + camera_.fx_px * center_C.x() / z_m;
   const double v = camera_.cy_px + camera_.fy_px * center_C.y() / z_m;
   const double half_u = camera_.fx_px * around_m / z_m, half_v = camera_.fy_px * around_m / z_m;

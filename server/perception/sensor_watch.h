@@ -31,6 +31,7 @@ struct WatchedFrame {
 };
 
 /// Finds out from the images whether depths are in another unit than was told, or the camera is mounted otherwise.
+/// Lengths are those of the usual gate (gates::gate_size()): where the target is of another size, times that.
 ///
 /// A gate that should be in view is not seen. A mistake explains it when
 ///   - corrected, a frame shows the sensor a gate within `tolerance_m` of where the target's waypoint is,
@@ -109,6 +110,7 @@ class SensorWatch {
   void conclude(const Try& found) noexcept;
   /// Whether a gate that is `off_m` from a waypoint, corrected, and at p_W, uncorrected, speaks for the correction.
   bool explains(double off_m, const Eigen::Vector3d& p_W) const noexcept;
+  double size() const noexcept;  ///< of the target
   double distance_to_course_m(const Eigen::Vector3d& p_W) const noexcept;
   double distance_to_waypoint_m(const Eigen::Vector3d& p_W, std::uint32_t waypoint) const noexcept {
     return (p_W - passages_->nominal(waypoint).center_W).norm();

@@ -3,6 +3,8 @@
 #include <optional>
 #include <utility>
 
+#include "server/gates/gate_size.h"
+
 namespace gatefield::perception {
 
 bool remember(const Observation& seen, std::uint32_t waypoint, Stamp capture, GateSensor* sensor,
@@ -45,10 +47,11 @@ Sight::Outcome Sight::look(std::span<const std::uint8_t> pixels, protocol::Depth
 
 Sight::Search Sight::look_for(std::uint32_t waypoint, bool is_target, const View& view, Stamp capture) {
   const gates::Expectation gate = records_.expectation(waypoint);
+  const double size = gates::gate_size(gate.shape);
   const Eigen::Vector3d expected_C = view.X_WC.inverse() * gate.center_W;
   const bool in_view = camera_.sees(expected_C, -options_.view_margin_px_per_width * camera_.width_px);
   // A displaced gate may be in view although its waypoint is not.
-  const bool searching = is_target && !gate.seen && expected_C.norm() <= options_.first_sight_distance_m;
+  const bool searching = is_target && !gate.seen && expected_C.norm() <= size * options_.first_sight_distance_m;
   if (!in_view && !searching) return {};
 
   Search search;
@@ -64,7 +67,7 @@ Sight::Search Sight::look_for(std::uint32_t waypoint, bool is_target, const View
   search.seen = sensor_->look(view, gate, Where::kAnywhere);
   if (!search.seen) return search;
   const Eigen::Vector3d nominal_W = records_.passages().nominal(waypoint).center_W;
-  if ((search.seen->glimpse_W - nominal_W).norm() <= options_.first_sight_tolerance_m)
+  if ((search.seen->glimpse_W - nominal_W).norm() <= size * options_.first_sight_tolerance_m)
     search.taken = remember(*search.seen, waypoint, capture, sensor_.get(), &records_);
   return search;
 }

@@ -17,6 +17,7 @@
 
 namespace gatefield::perception {
 
+/// Lengths are those of the usual gate (gates::gate_size()): of others, times their size.
 struct SightOptions {
   double first_sight_distance_m = 12.0;    ///< look for a gate that was never seen within this distance
   double first_sight_tolerance_m = 1.8;    ///< a gate found anywhere, this near its waypoint, is that gate

@@ -12,7 +12,7 @@ namespace gatefield::pilot {
 namespace {
 
 /// Raised whenever a field's meaning changes: a state of another format is refused.
-constexpr std::uint32_t kStateFormat = 4;
+constexpr std::uint32_t kStateFormat = 5;
 /// States kept for frames still to come: a quarter of a second at 500 Hz. Older ones than these a frame is refused for.
 constexpr std::size_t kMaxHistory = 128;
 constexpr std::size_t kCommandNumbers = 12;  // of a step
@@ -140,6 +140,10 @@ void put(const gates::GateRecords::Record& record, const perception::GateSensor&
   filter->set_axis_variance_rad2(estimate.axis_variance_rad2);
   filter->set_outliers(estimate.outliers);
   put(estimate.outlier_center_W, filter->mutable_outlier_center_w());
+  filter->set_from_afar(estimate.from_afar);
+  filter->set_afar_stamp(estimate.afar_stamp.count());
+  put(estimate.afar_center_W, filter->mutable_afar_center_w());
+  put(estimate.afar_axis_W, filter->mutable_afar_axis_w());
 }
 
 void put(const protocol::ThrustRateCommand& command, proto::Command* out) {
@@ -214,6 +218,9 @@ void put(const gates::CourseProgress::State& progress, proto::Progress* out) {
   out->set_has_previous(progress.has_previous);
   out->set_resumed(progress.resumed);
   put(progress.previous_p_WB, out->mutable_previous_p_wb());
+  if (!progress.has_before) return;
+  put(progress.before_center_W, out->mutable_before_center_w());
+  put(progress.before_axis_W, out->mutable_before_axis_w());
 }
 
 // ---- reading --------------------------------------------------------------------------------------------------------
@@ -343,6 +350,10 @@ class Reader {
     estimate.axis_variance_rad2 = spread(filter.axis_variance_rad2(), "looking.gates.estimate.axis_variance_rad2");
     estimate.outliers = filter.outliers();
     get(filter.outlier_center_w(), &estimate.outlier_center_W, "looking.gates.estimate.outlier_center_W");
+    estimate.from_afar = filter.from_afar();
+    estimate.afar_stamp = Stamp{filter.afar_stamp()};
+    get(filter.afar_center_w(), &estimate.afar_center_W, "looking.gates.estimate.afar_center_W");
+    get(filter.afar_axis_w(), &estimate.afar_axis_W, "looking.gates.estimate.afar_axis_W");
     to->estimate.restore(estimate);
     if (from.x_wf().empty() || !ok()) return;
     perception::FieldSource source;
@@ -442,6 +453,10 @@ class Reader {
     to->has_previous = from.has_previous();
     to->resumed = from.resumed();
     get(from.previous_p_wb(), &to->previous_p_WB, "stepping.progress.previous_p_WB");
+    to->has_before = !from.before_center_w().empty();
+    if (!to->has_before) return;
+    get(from.before_center_w(), &to->before_center_W, "stepping.progress.before_center_W");
+    get(from.before_axis_w(), &to->before_axis_W, "stepping.progress.before_axis_W");
   }
   void get(const proto::Intake& from, std::vector<StateHistory::Entry>* to) {
     for (const auto& entry : from.history()) {

@@ -66,15 +66,15 @@ struct Profile {
   bool switch_in_rollout = true;  ///< beyond the opening, a rollout heads for the next gate
   bool funnel = true;             ///< outside the cone first to a point in front of the gate
   double funnel_half_angle_rad = 0.70;
-  double funnel_distance_m = 1.5;
+  double funnel_distance_m = 1.5;  ///< of the usual gate (gates::gate_size()), as is look_ahead_m
 
   // Visibility (paper, Eq. "visibility_cost")
   double visibility_weight = 1.0;
-  double look_ahead_m = 1.0;  ///< nearer than this to the opening, look at the next gate
+  double look_ahead_m = 1.0;  ///< nearer than this to the opening (of the usual gate), look at the next gate
 
   // Gate-SDF (paper, Eq. "C_sdf")
   double field_weight = 0.5;
-  double field_clearance_m = 1.0;  ///< d_safe
+  double field_clearance_m = 1.0;  ///< d_safe, of the usual gate
 
   // Crossing the gate's plane: clearance left at the frame, from decoder values
   double crossing_weight = 100.0;

@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/gates/gate_size.h"
+
 namespace gatefield::planner {
 namespace {
 
-/// The gate passed last is out of the way beyond this distance.
+/// The gate passed last is out of the way beyond this distance; a larger one later, by as much as it is larger.
 constexpr double kPassedGateNear_m = 3.0;
+/// Of the room that the opening leaves around the vehicle, at most so much is asked for as margin, and so much more where
+/// the field is old: rollouts have to find a way through that costs nothing, and they scatter.
+constexpr double kMostMargin = 0.4, kMostExtra = 0.35;
 constexpr double kDetourSwitch_m = 0.4;
 /// Of a gate whose way in is behind the vehicle: beyond its plane and no longer in it.
 constexpr float kJustBeyond_m = 0.01f;
@@ -46,7 +51,7 @@ RaceGuidance::RaceGuidance(const Profile& profile, const QuadrotorModel& model, 
 
 Guidance RaceGuidance::guide(const GateBelief& gate, bool hold, double side) const noexcept {
   return make_guidance(gate.center_W, gate.axis_W, profile_.funnel && !hold, profile_.funnel_half_angle_rad,
-                       profile_.funnel_distance_m, gate.shape.outer_half_m, side);
+                       gates::gate_size(gate.shape) * profile_.funnel_distance_m, gate.shape.outer_half_m, side);
 }
 
 FrameSize RaceGuidance::frame_of(const GateBelief& gate) const noexcept {
@@ -66,6 +71,7 @@ PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
 
   context.target = guide(target, input.hold, detour_side_);
   context.frame = frame_of(target);
+  context.target_size = static_cast<float>(gates::gate_size(target.shape));
   context.hold = input.hold;
   context.start_p_WB = p.cast<float>();
   context.start_along_m = context.target.along(context.start_p_WB.x(), context.start_p_WB.y(), context.start_p_WB.z());
@@ -73,6 +79,7 @@ PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
 
   context.has_next = input.has_next;
   if (input.has_next) {
+    context.next_size = static_cast<float>(gates::gate_size(input.next.shape));
     // When the next gate's way in is on its far side, the way leads around it on the side that is nearer.
     const Eigen::Vector3d across = input.next.axis_W.cross(Eigen::Vector3d::UnitZ());
     const double side = (target.center_W - input.next.center_W).dot(across) >= 0 ? 1.0 : -1.0;
@@ -83,7 +90,9 @@ PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
       context.next_from_m = kJustBeyond_m;
     }
   }
-  context.has_passed_gate = input.has_passed_gate && (p - input.passed_gate.center_W).norm() < kPassedGateNear_m;
+  context.has_passed_gate =
+      input.has_passed_gate && (p - input.passed_gate.center_W).norm() <
+                                   kPassedGateNear_m * std::max(1.0, gates::gate_size(input.passed_gate.shape));
   if (context.has_passed_gate && !input.hold && one_gate(target, input.passed_gate)) {
     const bool behind = same_way(target, input.passed_gate) && context.start_along_m >= 0.0f;
     context.has_passed_gate = behind;
@@ -100,8 +109,13 @@ PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
 
   const Tightening care = tighten(profile_, input);
   context.speed_limit_m_s = static_cast<float>(care.speed_limit_m_s);
-  context.crossing_need_m =
-      static_cast<float>(collision_radius_m_ + profile_.crossing_margin_m + care.extra_clearance_m);
+  const auto need_m = [&](const GateBelief& gate) {
+    const double room_m = std::max(0.0, gate.shape.inner_half_m - collision_radius_m_);
+    return static_cast<float>(collision_radius_m_ + std::min(profile_.crossing_margin_m, kMostMargin * room_m) +
+                              std::min(care.extra_clearance_m, kMostExtra * room_m));
+  };
+  context.crossing_need_m = need_m(target);
+  context.passed_need_m = need_m(input.passed_gate);
 
   if (target.field != nullptr) {
     float s = 0.0f;

@@ -46,9 +46,11 @@ struct FrameSize {
 
 /// What is the same for all rollouts of one step.
 struct PlanContext {
-  Guidance target;  ///< where to go before the opening
-  Guidance next;    ///< and beyond it
-  FrameSize frame;  ///< the target's
+  Guidance target;           ///< where to go before the opening
+  Guidance next;             ///< and beyond it
+  FrameSize frame;           ///< the target's
+  float target_size = 1.0f;  ///< gates::gate_size(): a profile's lengths that belong to the gate count times this
+  float next_size = 1.0f;
   bool has_next = false;
   /// The way to the next gate counts from as far beyond the target's centre, along its axis.
   float next_from_m = 0.0f;
@@ -61,6 +63,7 @@ struct PlanContext {
   float start_clearance_m = 0.0f;  ///< field minus the cone's widening at the start, see annotate()
   float speed_limit_m_s = 0.0f;    ///< after all tightening
   float crossing_need_m = 0.0f;    ///< clearance wanted while crossing: radius + margin (+ extra when the field is old)
+  float passed_need_m = 0.0f;      ///< the same of the gate passed last
   float cone_slope = 0.0f;         ///< tan(alpha)
   float lowest_m = 0.0f;           ///< heights to stay between, world frame
   float highest_m = 0.0f;

@@ -401,7 +401,6 @@ void Service::accept(pilot::PilotParts parts) {
   if (priority_of(request) != request.priority)
     log::warn("vehicle " + request.vehicle + ": priority " + std::to_string(request.priority) + " counts as " +
               std::to_string(priority_of(request)) + " (--max-priority)");
-  warn_of_openings(request);
 }
 
 /// Any thread.
@@ -417,18 +416,6 @@ void Service::serve(const std::shared_ptr<pilot::Pilot>& pilot) {
   }
   // Last: the first state may come as soon as the vehicle hears of it, and has to find somebody to wake.
   transport_->send(reply_to(*pilot));
-}
-
-void Service::warn_of_openings(const protocol::SessionRequest& request) const {
-  const double trained_m = options_.model_gate_inner_half_m;
-  for (std::size_t i = 0; trained_m > 0.0 && i < request.course.waypoints.size(); ++i) {
-    const double inner_half_m = request.course.waypoints[i].gate.inner_half_m;
-    if (std::abs(inner_half_m - trained_m) <= 0.1 * trained_m) continue;
-    log::warn("vehicle " + request.vehicle + ": course.waypoints[" + std::to_string(i) + "].gate.inner_half_m is " +
-              text(inner_half_m) + ", the model was trained for " + text(trained_m) +
-              ": expect a field that is off by the difference");
-    break;
-  }
 }
 
 void Service::refuse(const protocol::SessionRequest& request, const Error& why, double retry_after_s) {

@@ -46,8 +46,6 @@ struct ServiceOptions {
   std::vector<int> cores;         ///< that control threads are bound to; empty: none
   std::string isa;                ///< instruction set of the kernels
   std::uint64_t model_hash = 0;
-  /// The opening the model was trained for; 0 = any. A course with another one is warned of.
-  double model_gate_inner_half_m = 0.0;
   Profiles profiles;
   double utilisation = 0.0;   ///< part of the cores that vehicles may take (RoomOptions); 0: only max_vehicles counts
   double cores_usable = 0.0;  ///< of this process; 0 = usable_cores()
@@ -221,7 +219,6 @@ class Service {
   Result<pilot::PilotParts> parts_for(const protocol::SessionRequest& request) const;
   void accept(pilot::PilotParts parts);
   void serve(const std::shared_ptr<pilot::Pilot>& pilot);
-  void warn_of_openings(const protocol::SessionRequest& request) const;
   std::uint64_t new_session() const;
   void refuse(const protocol::SessionRequest& request, const Error& why, double retry_after_s = 0.0);
   void tell_no(const protocol::SessionRequest& request, const Error& why, double retry_after_s = 0.0);

@@ -54,7 +54,7 @@ class PreparedDecoder {
   /// Brings out->first into this back end's own layout, out->packed; nothing where `first` is read as it is.
   virtual void lay_out(FoldedDecoder* out) const = 0;
 
-  /// s at points in the world frame, see FoldedDecoder::decode().
+  /// s at points in the world frame, in the network's metres: FoldedDecoder::decode() makes the world's of them.
   virtual void decode(const FoldedDecoder& folded, std::span<const float> x_W, std::span<const float> y_W,
                       std::span<const float> z_W, std::span<float> sdf_m) const noexcept = 0;
 
@@ -68,8 +68,12 @@ class PreparedDecoder {
 /// Thread-safe: decode() yes.   Real-time safe: decode(), place(), copying into used memory.
 struct FoldedDecoder {
   std::shared_ptr<const PreparedDecoder> prepared;
-  Eigen::Matrix3f R_CW = Eigen::Matrix3f::Identity();
-  Eigen::Vector3f t_CW = Eigen::Vector3f::Zero();      ///< p_C = R_CW p_W + t_CW; kHyper: minus origin_C already
+  /// Metres of the world in one of the network's: k times as large a gate as the network knows has k. Points are
+  /// divided by it and s is multiplied by it, so that both are the world's.
+  double unit_m = 1.0;
+  Eigen::Matrix3f R_CW = Eigen::Matrix3f::Identity();  ///< the rotation, with 1 / unit_m in it
+  /// p_C = R_CW p_W + t_CW, in the network's metres; kHyper: minus origin_C already
+  Eigen::Vector3f t_CW = Eigen::Vector3f::Zero();
   Eigen::Vector3d origin_C = Eigen::Vector3d::Zero();  ///< kHyper: the latent's centre, from which p counts
   model::Dense first;  ///< as the latent makes it; kHyper: with 1 / S in its weights; kConcatenated: bias alone
   PackedLayer packed;  ///< the same in the back end's layout
@@ -82,14 +86,18 @@ struct FoldedDecoder {
   void decode(std::span<const float> x_W, std::span<const float> y_W, std::span<const float> z_W,
               std::span<float> sdf_m) const noexcept {
     prepared->decode(*this, x_W, y_W, z_W, sdf_m);
+    if (unit_m == 1.0) return;
+    const auto unit = static_cast<float>(unit_m);
+    for (float& s : sdf_m) s *= unit;
   }
 };
 
 /// Folds `latent`, captured from X_WC, into `out`, whose memory is used again.
+/// @param unit_m  as FoldedDecoder has it
 /// Not thread-safe on the same `out`; real-time safe from the second call with weights of the same shape on.
 /// @pre latent.size() == prepared->weights().latent_size
 void fold(const std::shared_ptr<const PreparedDecoder>& prepared, std::span<const float> latent,
-          const Eigen::Isometry3d& X_WC, FoldedDecoder* out);
+          const Eigen::Isometry3d& X_WC, FoldedDecoder* out, double unit_m = 1.0);
 
 /// Brings a latent's part that was folded for another back end (or in another process) over to this one: lays out
 /// folded->first, and the field is the same within both tolerances. @pre *folded is of the same model

@@ -75,14 +75,15 @@ void PreparedDecoder::fold(std::span<const float> latent, FoldedDecoder* out) co
 
 void FoldedDecoder::place(const Eigen::Isometry3d& X_WC) noexcept {
   const Eigen::Isometry3d X_CW = X_WC.inverse();
-  R_CW = X_CW.linear().cast<float>();
-  t_CW = (X_CW.translation() - origin_C).cast<float>();
+  R_CW = (X_CW.linear() / unit_m).cast<float>();
+  t_CW = (X_CW.translation() / unit_m - origin_C).cast<float>();
 }
 
 void fold(const std::shared_ptr<const PreparedDecoder>& prepared, std::span<const float> latent,
-          const Eigen::Isometry3d& X_WC, FoldedDecoder* out) {
+          const Eigen::Isometry3d& X_WC, FoldedDecoder* out, double unit_m) {
   prepared->fold(latent, out);
   out->prepared = prepared;
+  out->unit_m = unit_m;
   out->place(X_WC);
 }
 

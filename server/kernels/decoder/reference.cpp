@@ -43,7 +43,7 @@ void decode_reference(const FoldedDecoder& folded, std::span<const float> x_W, s
       }
       in = out;
     }
-    sdf_m[n] = static_cast<float>(in[0]);
+    sdf_m[n] = static_cast<float>(folded.unit_m * in[0]);
   }
 }
 

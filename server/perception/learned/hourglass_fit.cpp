@@ -8,16 +8,17 @@ namespace gatefield::perception {
 namespace {
 
 constexpr int kPoints = 192;
-constexpr double kRadius_m = 1.1;
 constexpr int kIterations = 12;
-constexpr double kHuber_m = 0.08;
 constexpr std::array kStartYaw_rad{0.0, 0.6, -0.6, 1.2, -1.2};
-constexpr double kGoodEnough_m = 0.05;  ///< a fit from the first starting angle that needs no second try
+// Lengths, in half-widths of the opening.
+constexpr double kRadius = 2.2;
+constexpr double kHuber = 0.16;
+constexpr double kGoodEnough = 0.1;  ///< a fit from the first starting angle that needs no second try
 
 using Cloud = std::array<Eigen::Vector3d, kPoints>;
 
-/// Offsets from the middle: the R3 low-discrepancy sequence (powers of the inverse of the root of x^4 = x + 1) in a
-/// cube.
+/// Offsets from the middle: the R3 low-discrepancy sequence (powers of the inverse of the root of x^4 = x + 1) in the
+/// cube of half-width 1.
 const Cloud& offsets() noexcept {
   static const Cloud cloud = [] {
     Cloud points;
@@ -25,7 +26,7 @@ const Cloud& offsets() noexcept {
     for (int i = 0; i < kPoints; ++i)
       for (int axis = 0; axis < 3; ++axis) {
         const double position = 0.5 + (i + 1) * std::pow(kRoot, -(axis + 1));
-        points[static_cast<std::size_t>(i)][axis] = kRadius_m * (2.0 * (position - std::floor(position)) - 1.0);
+        points[static_cast<std::size_t>(i)][axis] = 2.0 * (position - std::floor(position)) - 1.0;
       }
     return points;
   }();
@@ -62,6 +63,7 @@ struct Problem {
   double cost(const Eigen::Isometry3d& X_WG, Eigen::Matrix<double, 6, 6>* H,
               Eigen::Matrix<double, 6, 1>* b) const noexcept {
     const Eigen::Matrix3d R_GW = X_WG.linear().transpose();
+    const double huber_m = kHuber * shape.inner_half_m;
     double sum = 0.0;
     if (H != nullptr) {
       H->setZero();
@@ -72,8 +74,8 @@ struct Problem {
       const Sample model = hourglass(shape, slope, R_GW * r_W);
       const double residual = model.value - values[i];
       const double size = std::abs(residual);
-      const double weight = size <= kHuber_m ? 1.0 : kHuber_m / size;
-      sum += size <= kHuber_m ? 0.5 * residual * residual : kHuber_m * (size - 0.5 * kHuber_m);
+      const double weight = size <= huber_m ? 1.0 : huber_m / size;
+      sum += size <= huber_m ? 0.5 * residual * residual : huber_m * (size - 0.5 * huber_m);
       if (H == nullptr) continue;
       const Eigen::Vector3d gradient_W = X_WG.linear() * model.gradient_G;
       Eigen::Matrix<double, 6, 1> J;
@@ -142,10 +144,11 @@ HourglassFit fit_hourglass(const gates::Field& field, const GateShape& shape, do
                            const Eigen::Vector3d& around_W, const Eigen::Vector3d& axis_W) noexcept {
   HourglassFit fit;
   if (!around_W.allFinite() || !(axis_W.norm() > 0.5)) return fit;
+  const double radius_m = kRadius * shape.inner_half_m, good_enough_m = kGoodEnough * shape.inner_half_m;
   Cloud points_W;
   std::array<float, kPoints> x, y, z, s;
   for (std::size_t i = 0; i < kPoints; ++i) {
-    points_W[i] = around_W + offsets()[i];
+    points_W[i] = around_W + radius_m * offsets()[i];
     x[i] = static_cast<float>(points_W[i].x());
     y[i] = static_cast<float>(points_W[i].y());
     z[i] = static_cast<float>(points_W[i].z());
@@ -162,9 +165,9 @@ HourglassFit fit_hourglass(const gates::Field& field, const GateShape& shape, do
   for (const double yaw_rad : kStartYaw_rad) {
     const Solution solution = solve(problem, upright(around_W, axis_W, yaw_rad));
     if (solution.cost < best.cost) best = solution;
-    if (best.cost < 0.5 * kPoints * kGoodEnough_m * kGoodEnough_m) break;
+    if (best.cost < 0.5 * kPoints * good_enough_m * good_enough_m) break;
   }
-  if (!best.X_WG.matrix().allFinite() || (best.X_WG.translation() - around_W).norm() > kRadius_m) return fit;
+  if (!best.X_WG.matrix().allFinite() || (best.X_WG.translation() - around_W).norm() > radius_m) return fit;
 
   double squares = 0.0;
   for (std::size_t i = 0; i < kPoints; ++i) {

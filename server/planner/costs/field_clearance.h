@@ -5,8 +5,10 @@
 namespace gatefield::planner {
 
 /// Gate-SDF guided safety (paper, Eq. "C_sdf"): weight sum_k max(0, d_safe - s_k). Rollouts that have passed the
-/// opening are judged by the field of the next gate, or not at all while that has not been seen. s is bounded below by
-/// -2 m, so that a point far from anything the decoder was trained on does not outweigh the rest.
+/// opening are judged by the field of the next gate, or not at all while that has not been seen. s counts in gates of
+/// the usual size (metres over gates::gate_size()), so that the middle of an opening is worth the same in any of them.
+/// It is bounded below by -2 m, so that a point far from anything the decoder was trained on does not outweigh the
+/// rest.
 class FieldClearanceCost final : public CostTerm {
  public:
   explicit FieldClearanceCost(const Profile& profile) noexcept;

@@ -43,8 +43,8 @@ void PassedFrameCost::accumulate(const PlanContext& context, const RolloutBatch&
                                  std::span<float> cost) const noexcept {
   if (!context.has_passed_gate) return;
   const FrameSize& size = context.passed_frame;
-  const passed_frame::Frame frame{size.slab_half_m, size.inner_half_m, context.crossing_need_m,
-                                  -(size.width_m + context.crossing_need_m)};
+  const passed_frame::Frame frame{size.slab_half_m, size.inner_half_m, context.passed_need_m,
+                                  -(size.width_m + context.passed_need_m)};
   constexpr int kChunk = 128;
   std::array<float, kChunk> least;
   for (int first = 0; first < batch.stride; first += kChunk) {

@@ -37,7 +37,7 @@ void VisibilityCost::accumulate(const PlanContext& context, const RolloutBatch& 
                                 std::span<float> cost) const noexcept {
   const Guidance& next = context.has_next ? context.next : context.target;
   const visibility::Sight sight{context.target.cx, context.target.cy, next.cx, next.cy,
-                                context.has_next ? -look_ahead_m_ : 1e6f};
+                                context.has_next ? -context.target_size * look_ahead_m_ : 1e6f};
   for (int k = 0; k < batch.steps; ++k) {
     const auto row = [&](int channel) { return batch.states.row(k, channel); };
     visibility::accumulate(sight, weight_, row(kernels::kPx), row(kernels::kPy), row(kernels::kQw), row(kernels::kQx),

@@ -5,8 +5,8 @@
 namespace gatefield::planner {
 
 /// Perception alignment (paper, Eq. "visibility_cost"): weight sum_k (1 - cos(psi_k - psi_gate,k)), the angle between
-/// the body's x axis and the line of sight to the gate, both seen from above. Nearer than look_ahead to the opening,
-/// the next gate is looked at.
+/// the body's x axis and the line of sight to the gate, both seen from above. Nearer than look_ahead to the opening
+/// (times gates::gate_size(): where its frame leaves the image), the next gate is looked at.
 class VisibilityCost final : public CostTerm {
  public:
   explicit VisibilityCost(const Profile& profile) noexcept;

@@ -35,7 +35,7 @@ bool memory_takes(const Observer& observer, const perception::Encoding& encoding
   gates::GateRecords records(course);
   perception::DecodedField raw;
   auto seen = perception::observation_of(observer.bundle(), observer.decoder(), encoding, level_camera(),
-                                         records.expectation(0), &raw);
+                                         records.expectation(0), 1.0, &raw);
   return seen && records.take(0, &seen->gate, Stamp{0});
 }
 

@@ -107,6 +107,23 @@ TEST(CourseFile, AWaypointMayHaveAGateOfItsOwnSize) {
   EXPECT_EQ(nominal_world(*load_track(dark.path())).gates[0].reflectance, 0.2f);
 }
 
+TEST(CourseFile, GatesMayStandOnLegsThatThePlannerIsNotToldOf) {
+  const std::string legs = "thickness_m: 0.06 leg_width_m: 0.05";
+  const TemporaryFile file(replaced(circle(), "thickness_m: 0.06", legs));
+  const auto track = load_track(file.path());
+  ASSERT_TRUE(track.ok()) << track.error();
+  const scene::World world = nominal_world(*track);
+  EXPECT_EQ(world.gates.size(), 4u);
+  ASSERT_EQ(world.boxes.size(), 8u);
+  for (const scene::Box& leg : world.boxes)
+    EXPECT_NEAR(leg.X_WO.translation().z() - leg.half_m.z(), track->floor_z_m, 1e-12);
+  EXPECT_TRUE(bare_world(*track).boxes.empty());
+  EXPECT_THAT(error_with("thickness_m: 0.06", "thickness_m: 0.06 leg_width_m: 2"),
+              HasSubstr("gate.leg_width_m is 2, expected 0.005 to 0.75 m"));
+  const TemporaryFile floating(replaced(replaced(circle(), "thickness_m: 0.06", legs), "floor { z: 0 }", ""));
+  EXPECT_THAT(load_track(floating.path()).error(), HasSubstr("expected a floor to stand on"));
+}
+
 std::string course_of(const std::string& waypoints, const std::string& more = "") {
   return waypoints + "closed: false\n" + more +
          "gate { inner_half_m: 0.5 outer_half_m: 0.75 thickness_m: 0.06 }\n"

@@ -122,6 +122,12 @@ TEST(ValidateRequest, RefusesEveryBadFieldByName) {
           {"no laps", [](R* r) { r->course.laps = 0; }, "course.laps is 0"},
           {"many laps", [](R* r) { r->course.laps = 1001; }, "course.laps is 1001"},
           {"gate", [](R* r) { r->course.waypoints[1].gate.inner_half_m = 0; }, "course.waypoints[1].gate.inner_half_m"},
+          {"narrow gate",
+           [](R* r) {
+             r->quadrotor.collision_radius_m = 0.2;
+             r->course.waypoints[1].gate.inner_half_m = 0.2;
+           },
+           "course.waypoints[1].gate.inner_half_m is 0.2, expected more than the vehicle's collision_radius_m, 0.2 m"},
           {"opening", [](R* r) { r->course.waypoints[2].gate.opening = static_cast<GateShape::Opening>(2); },
            "course.waypoints[2].gate.opening is 2"},
       });

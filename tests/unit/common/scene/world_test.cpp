@@ -72,6 +72,28 @@ TEST(FrameBoxes, RoundFrameClosesTheRingAndLeavesTheOpeningFree) {
   }
 }
 
+TEST(LegBoxes, StandUprightUnderTheLowerCornersDownToTheFloor) {
+  Gate gate;
+  gate.X_WG.translation() = Eigen::Vector3d(3, -2, 1.5);
+  gate.X_WG.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const std::vector<Box> legs = leg_boxes(gate, 0.05, 0.2);
+  ASSERT_EQ(legs.size(), 2u);
+  const double middle_m = gate.shape.outer_half_m - 0.025;
+  for (const double side : {1.0, -1.0}) {
+    const auto at = [&](double x, double y, double up_m) {
+      Eigen::Vector3d p_W = gate.X_WG * Eigen::Vector3d(x, y, 0);
+      p_W.z() = up_m;
+      return holding(legs, p_W);
+    };
+    EXPECT_EQ(at(0, side * middle_m, 0.21), 1);
+    EXPECT_EQ(at(0.029, side * (middle_m + 0.024), 1.5 - gate.shape.outer_half_m - 0.01), 1);
+    EXPECT_EQ(at(0, side * middle_m, 1.5 - gate.shape.outer_half_m + 0.01), 0) << "the frame begins";
+    EXPECT_EQ(at(0, side * middle_m, 0.19), 0) << "below the floor";
+    EXPECT_EQ(at(0, side * (middle_m - 0.03), 0.5), 0) << "between the legs";
+  }
+  EXPECT_TRUE(leg_boxes(gate, 0.05, 1.5 - gate.shape.outer_half_m).empty());
+}
+
 TEST(FrameBoxes, CarryTheGatesReflectance) {
   for (const auto opening : {GateShape::Opening::kSquare, GateShape::Opening::kRound}) {
     for (const Box& box : frame_boxes(tilted_gate(opening))) EXPECT_FLOAT_EQ(box.reflectance, 0.3f);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 namespace gatefield::gates {
 namespace {
 
@@ -51,6 +53,40 @@ TEST(CourseProgress, AnUnseenGateMayBeFarFromItsWaypoint) {
   const GateBelief gate = progress.nominal(0);
   progress.update({7.2, -1, 1.5}, gate);
   EXPECT_TRUE(progress.update({7.2, 1, 1.5}, gate));
+}
+
+TEST(CourseProgress, HowFarOffACrossingMayBeGoesWithTheGatesSize) {
+  for (const double size : {0.4, 2.0}) {
+    Course course = square_course(1);
+    for (Waypoint& waypoint : course.waypoints) waypoint.gate.inner_half_m *= size;
+    const auto counts = [&](double off_m) {
+      CourseProgress progress(course);
+      GateBelief gate = progress.nominal(0);
+      gate.seen = true;
+      progress.update({6 + off_m, -1, 1.5}, gate);
+      return progress.update({6 + off_m, 1, 1.5}, gate);
+    };
+    EXPECT_TRUE(counts(0.74 * size)) << size;
+    EXPECT_FALSE(counts(0.76 * size)) << size;
+  }
+}
+
+TEST(CourseProgress, ACrossingOfWhatWasBelievedBeforeTheGateWasNearCounts) {
+  const auto counts = [](const Eigen::Vector3d& moved_W, double turned_rad, const Eigen::Vector3d& p_W) {
+    CourseProgress progress(square_course(1));
+    GateBelief gate = progress.nominal(0);  // at (6, 0, 1.5), passed along y
+    gate.seen = true;
+    progress.update({6, -1.2, 1.5}, gate);
+    progress.update({6, -0.8, 1.5}, gate);
+    gate.center_W += moved_W;
+    gate.axis_W = Eigen::AngleAxisd(turned_rad, Eigen::Vector3d::UnitZ()) * gate.axis_W;
+    progress.update({6, -0.1, 1.5}, gate);
+    return progress.update(p_W, gate);
+  };
+  EXPECT_TRUE(counts({0, 0, -0.9}, 0.0, {6, 0.1, 1.5})) << "slid into the room below";
+  EXPECT_TRUE(counts({0, 0.5, 0}, 1.2, {6, 0.1, 1.5})) << "turned";
+  EXPECT_FALSE(counts({0, 0.2, 0}, 0.0, {6, 0.1, 1.5})) << "refined: the newer word counts";
+  EXPECT_FALSE(counts({0, 0, -0.9}, 0.0, {7.0, 0.1, 1.5})) << "beside either";
 }
 
 /// A gate that is passed twice along +x, and once more the other way.

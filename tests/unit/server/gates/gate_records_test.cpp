@@ -70,6 +70,17 @@ TEST(GateRecords, TheFieldIsSharedWithSnapshotsAndNotCopied) {
   EXPECT_FALSE(snapshot.gates[1].seen);
 }
 
+TEST(GateRecords, HowFarFromItsWaypointAGateMayBeGoesWithItsSize) {
+  for (const double size : {0.3, 2.0}) {
+    Course course = out_and_back();
+    for (Waypoint& waypoint : course.waypoints) waypoint.gate.inner_half_m *= size;
+    GateRecords records(course);
+    GateMeasurement far = measured({5 + 1.95 * size, 0, 1.5}, 0), near = measured({5 + 1.85 * size, 0, 1.5}, 0);
+    EXPECT_FALSE(records.take(0, &far, 1s)) << size;
+    EXPECT_TRUE(records.take(0, &near, 1s)) << size;
+  }
+}
+
 TEST(GateRecords, AGateFarFromItsWaypointIsAnotherGate) {
   GateRecords records(out_and_back());
   GateMeasurement measurement = measured({7.0, 0, 1.5}, 0);

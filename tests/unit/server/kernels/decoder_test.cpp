@@ -152,6 +152,37 @@ TEST_P(DecoderTest, StaysFiniteForFinitePointsAndSaysNanForOthers) {
   }
 }
 
+TEST_P(DecoderTest, AUnitScalesPointsAndValuesWithTheWorld) {
+  for (const double unit_m : {0.3, 2.0}) {
+    for (const Shape& shape : kShapes) {
+      const auto prepared = backend().prepare(random_weights(shape.kind, shape.hidden, shape.octaves, 5));
+      const std::vector<float> latent = random_latent(prepared->weights().latent_size, 6);
+      Eigen::Isometry3d scaled_pose = capture_pose();
+      scaled_pose.translation() *= unit_m;
+      FoldedDecoder own, scaled;
+      fold(prepared, latent, capture_pose(), &own);
+      fold(prepared, latent, Eigen::Isometry3d::Identity(), &scaled, unit_m);
+      scaled.place(scaled_pose);
+      const Points points(40);
+      Points scaled_points(40);
+      for (std::size_t i = 0; i < 40; ++i) {
+        scaled_points.x[i] = static_cast<float>(unit_m) * points.x[i];
+        scaled_points.y[i] = static_cast<float>(unit_m) * points.y[i];
+        scaled_points.z[i] = static_cast<float>(unit_m) * points.z[i];
+      }
+      std::vector<float> sdf(40), reference(40), expected(40);
+      own.decode(points.x, points.y, points.z, expected);
+      scaled.decode(scaled_points.x, scaled_points.y, scaled_points.z, sdf);
+      decode_reference(scaled, scaled_points.x, scaled_points.y, scaled_points.z, reference);
+      for (std::size_t i = 0; i < 40; ++i) {
+        const double tolerance_m = unit_m * (backend().decode_tolerance_m() + 1e-4);
+        ASSERT_NEAR(sdf[i], unit_m * static_cast<double>(expected[i]), tolerance_m) << i;
+        ASSERT_NEAR(reference[i], unit_m * static_cast<double>(expected[i]), tolerance_m) << i;
+      }
+    }
+  }
+}
+
 TEST_P(DecoderTest, PlacingIsFoldingThereBitForBit) {
   for (const Shape& shape : kShapes) {
     const auto prepared = backend().prepare(random_weights(shape.kind, shape.hidden, shape.octaves, 5));

@@ -81,6 +81,7 @@ inline planner::PlanContext context_at_origin(bool funnel = false) {
   context.start_clearance_m = 0.5f;
   context.speed_limit_m_s = 7;
   context.crossing_need_m = 0.21f;
+  context.passed_need_m = 0.21f;
   context.frame = context.passed_frame = {.inner_half_m = 0.5f, .width_m = 0.25f, .slab_half_m = 0.16f};
   context.cone_slope = 0.36397f;
   context.lowest_m = -100.0f;

@@ -147,6 +147,23 @@ TEST(FieldClearanceCost, HingeOnTheClearanceAndBoundedBelow) {
   EXPECT_EQ(cost[2], 0.0f);
 }
 
+TEST(FieldClearanceCost, CountsInGatesOfTheUsualSize) {
+  Profile profile;
+  profile.field_weight = 1.0;
+  profile.field_clearance_m = 1.0;
+  BatchFixture fixture(1, 2);
+  fixture.field(0, 0) = 1.0f;  // the middle of an opening of 2 m
+  fixture.field(0, 1) = 1.0f;
+  fixture.next_field(0, 0) = fixture.next_field(0, 1) = 0.2f;  // of one of 0.4 m
+  fixture.through(0, 1) = 1;
+  PlanContext context = context_at_origin();
+  context.target_size = 2.0f;
+  context.next_size = 0.4f;
+  const auto cost = fixture.cost_of(FieldClearanceCost(profile), context);
+  EXPECT_NEAR(cost[0], 0.5f, 1e-6f);
+  EXPECT_NEAR(cost[1], 0.5f, 1e-6f);
+}
+
 TEST(FieldClearanceCost, BeyondTheOpeningTheNextFieldOrNone) {
   Profile profile;
   profile.field_weight = 1.0;

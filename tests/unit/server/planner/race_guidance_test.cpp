@@ -79,6 +79,20 @@ TEST(RaceGuidance, WhatIsNeededAtTheCrossingIsRadiusMarginAndWhatTighteningAdds)
               1e-6);
 }
 
+TEST(RaceGuidance, WhatBelongsToTheGateGoesWithItsSizeAndTheMarginStaysTheVehicles) {
+  PlanInput input = before_gate(3.0);
+  const QuadrotorModel model;
+  const Profile profile;
+  input.target.shape = {.inner_half_m = 1.0, .outer_half_m = 1.5};
+  const PlanContext large = guidance().context(input);
+  EXPECT_FLOAT_EQ(large.target_size, 2.0f);
+  EXPECT_NEAR(large.target.distance_m, 2.0 * profile.funnel_distance_m, 1e-6);
+  EXPECT_NEAR(large.crossing_need_m, model.collision_radius_m + profile.crossing_margin_m, 1e-6);
+  input.target.shape = {.inner_half_m = model.collision_radius_m + 0.04, .outer_half_m = 0.3};
+  EXPECT_NEAR(guidance().context(input).crossing_need_m, model.collision_radius_m + 0.4 * 0.04, 1e-6)
+      << "a way through is left";
+}
+
 TEST(RaceGuidance, TheSideOfTheDetourIsTheVehiclesAndIsKeptNearTheMiddle) {
   RaceGuidance race = guidance();
   const auto side = [&](double y_m) {

@@ -46,6 +46,19 @@ TEST(HourglassFit, RoundOpeningsToo) {
   EXPECT_LT(axis_error_rad(fit, X_WG), 0.03);
 }
 
+TEST(HourglassFit, FindsGatesOfAnySizeAsWell) {
+  for (const double size : {0.3, 1.0, 3.0}) {
+    const GateShape shape{.inner_half_m = 0.5 * size, .outer_half_m = 0.75 * size};
+    const Eigen::Isometry3d X_WG = upright_gate(size * Eigen::Vector3d(4, 1, 2), 0.7);
+    const HourglassFit fit = fit_hourglass(AnalyticField(X_WG, shape), shape, kGuideConeAngle_rad,
+                                           size * Eigen::Vector3d(4.1, 0.85, 2.1), {1, 0, 0});
+    ASSERT_TRUE(fit.ok) << size;
+    EXPECT_LT((fit.X_WG.translation() - X_WG.translation()).norm(), 0.02 * size) << size;
+    EXPECT_LT(axis_error_rad(fit, X_WG), 0.03) << size;
+    EXPECT_LT(fit.rms_m, 0.02 * size) << size;
+  }
+}
+
 class Flat final : public gates::Field {
  public:
   explicit Flat(float value) : value_(value) {}

@@ -54,7 +54,7 @@ class Learned : public ::testing::Test {
   }
 
   Course course_;
-  const CameraModel camera_ = default_camera();
+  CameraModel camera_ = default_camera();
   const Eigen::Isometry3d X_WG_ = test::upright_gate({4.1, 0.2, 1.5}, 0.2);
   Eigen::Isometry3d X_WC_;
   std::vector<float> depth_m_;
@@ -69,6 +69,93 @@ TEST_F(Learned, MeasuresCentreAndAxisOfAGate) {
   EXPECT_LT((seen->gate.X_WG.translation() - X_WG_.translation()).norm(), 0.15);
   EXPECT_LT((seen->glimpse_W - X_WG_.translation()).norm(), 0.3);
   EXPECT_GT(std::abs(seen->gate.X_WG.linear().col(0).dot(X_WG_.linear().col(0))), 0.95);
+}
+
+/// The world of Learned, `size` times as large: camera, gate, floor.
+class OfSize : public Learned {
+ protected:
+  explicit OfSize(double size) : size_(size) {
+    shape_ = {.inner_half_m = 0.5 * size, .outer_half_m = 0.75 * size};
+    course_.waypoints[0].p_W *= size;
+    course_.waypoints[0].gate = shape_;
+    camera_.min_depth_m *= size;
+    camera_.max_depth_m *= size;
+    X_WC_.translation() *= size;
+    Eigen::Isometry3d X_WG = X_WG_;
+    X_WG.translation() *= size;
+    depth_m_ = test::draw_gates(camera_, X_WC_, {X_WG}, shape_);
+  }
+  void TestBody() override {}
+
+ public:
+  static constexpr int kPoints = 50;
+  /// Values of the field where Learned::values() asks, in this world, over its size.
+  std::vector<float> values_of(const gates::Field& field) const {
+    std::vector<float> x, y, z;
+    const auto size = static_cast<float>(size_);
+    for (int i = 0; i < kPoints; ++i) {
+      x.push_back(size * (3.0f + 0.04f * static_cast<float>(i)));
+      y.push_back(size * (0.5f - 0.02f * static_cast<float>(i)));
+      z.push_back(size * (1.0f + 0.02f * static_cast<float>(i)));
+    }
+    std::vector<float> s(x.size());
+    field.evaluate(x, y, z, s);
+    for (float& value : s) value /= size;
+    return s;
+  }
+  struct Seen {
+    Observation observation;
+    std::vector<float> values, restored;
+  };
+  static Seen of(double size) {
+    OfSize world(size);
+    Seen seen{world.look().value(), {}, {}};
+    const auto field = world.sensor_.field(seen.observation.gate.X_WG, seen.observation.gate.X_WG, world.shape_);
+    seen.values = world.values_of(*field);
+    LearnedSensor other(&bundle(), decoder(), &encoders());
+    seen.restored = world.values_of(**other.restore(world.sensor_.source_of(*field), world.shape_));
+    return seen;
+  }
+
+ private:
+  double size_;
+  GateShape shape_;
+};
+
+TEST(AnyOpening, IsSeenAsTheOneThatTheNetworkKnowsAndMeasuredInMetresOfTheWorld) {
+  const OfSize::Seen usual = OfSize::of(1.0);
+  EXPECT_EQ(usual.values, usual.restored);
+  for (const double size : {0.3, 0.7, 2.0, 3.0}) {
+    const OfSize::Seen seen = OfSize::of(size);
+    const gates::GateMeasurement &gate = seen.observation.gate, &expected = usual.observation.gate;
+    EXPECT_NEAR(seen.observation.validity, usual.observation.validity, 1e-3) << size;
+    EXPECT_LT((gate.X_WG.translation() / size - expected.X_WG.translation()).norm(), 1e-3) << size;
+    EXPECT_LT((seen.observation.glimpse_W / size - usual.observation.glimpse_W).norm(), 1e-3) << size;
+    EXPECT_GT(gate.X_WG.linear().col(0).dot(expected.X_WG.linear().col(0)), 0.9999) << size;
+    EXPECT_NEAR(gate.center_sigma_m / size, expected.center_sigma_m, 1e-3) << size;
+    EXPECT_NEAR(gate.axis_sigma_rad, expected.axis_sigma_rad, 1e-3) << size;
+    EXPECT_NEAR(gate.distance_m / size, expected.distance_m, 1e-3) << size;
+    for (std::size_t i = 0; i < usual.values.size(); ++i)
+      EXPECT_NEAR(seen.values[i], usual.values[i], 5e-3) << size << ", point " << i;
+    EXPECT_EQ(seen.values, seen.restored) << size;
+  }
+}
+
+TEST(AnyOpening, OfThreeTenthsToThreeTimesWhatTheNetworkKnows) {
+  const auto told = [](double inner_half_m) {
+    Course course;
+    course.waypoints.push_back({{4, 0, 1.5}, Eigen::Vector3d::UnitX(), {}});
+    course.waypoints.push_back({{8, 0, 1.5}, Eigen::Vector3d::UnitX(), {.inner_half_m = inner_half_m}});
+    const Status status = check_openings(bundle().manifest(), course);
+    return status.ok() ? std::string() : status.error();
+  };
+  EXPECT_EQ(told(0.15), "");
+  EXPECT_EQ(told(1.5), "");
+  EXPECT_EQ(
+      told(0.14),
+      "course.waypoints[1].gate.inner_half_m is 0.14 m, expected 0.15 to 1.5 m: model race was trained with 0.5 m "
+      "and sees openings of 0.3 to 3 times that");
+  EXPECT_THAT(told(1.6), testing::HasSubstr("is 1.6 m"));
 }
 
 TEST_F(Learned, SeesNothingInAnEmptyImage) {
