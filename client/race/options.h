@@ -28,6 +28,7 @@ struct Arguments {
   std::vector<double> speeds_m_s{7.0};
   int laps = 0;
   std::optional<Actuation::Kind> actuation;
+  std::vector<config::WorldPart> world;
   Link link;
 };
 

@@ -16,6 +16,7 @@ struct SingleCell {
   std::optional<int> laps;
   Link link;
   std::optional<Actuation::Kind> actuation{};  ///< in place of the scenario's and the vehicle's
+  std::vector<config::WorldPart> world{};      ///< in place of the scenario's; none: the scenario's
 };
 
 /// A campaign of that cell alone, named after its scenario. Errors: as load_campaign(); the sentences begin with

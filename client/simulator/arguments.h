@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/simulator/simulation.h"
 #include "common/base/result.h"
@@ -19,6 +20,7 @@ struct Arguments {
   std::optional<std::uint64_t> seed, planner_seed;
   std::optional<double> position_noise_m, yaw_noise_deg, camera_rate_hz, time_limit_s;
   std::optional<Actuation::Kind> actuation;
+  std::vector<config::WorldPart> world;
   std::optional<double> rate_loop_factor, rate_limit_rad_s, setpoint_delay_ms, thrust_factor;
   std::optional<int> laps;
   double speed_m_s = 0.0;
