@@ -169,6 +169,11 @@ Result<config::ScenarioFile> scenario_of(const fs::path& file, const CellSpec& s
   if (spec.has_mismatch()) *scenario.mutable_mismatch() = spec.mismatch();
   if (spec.has_actuation()) *scenario.mutable_actuation() = spec.actuation();
   if (spec.has_hull()) scenario.set_hull(spec.hull());
+  if (spec.world_size() > 0) {
+    *scenario.mutable_world() = spec.world();
+    scenario.clear_world_sizes();
+  }
+  if (spec.has_world_sizes()) *scenario.mutable_world_sizes() = spec.world_sizes();
   if (spec.has_camera_rate_hz()) scenario.set_camera_rate_hz(spec.camera_rate_hz());
   if (spec.has_time_limit_s()) scenario.set_time_limit_s(spec.time_limit_s());
   scenario.clear_seed();
@@ -366,6 +371,7 @@ Result<Campaign> single_cell_campaign(const SingleCell& asked) {
                                             ? config::ActuationSpec::BODY_RATES
                                             : config::ActuationSpec::ROTOR_THRUSTS);
   if (asked.hull) cell->set_hull(static_cast<config::HullKindSpec>(*asked.hull));
+  for (const config::WorldPart part : asked.world) cell->add_world(static_cast<config::WorldPartKind>(part));
   cell->set_profile(asked.profile);
   cell->set_model(asked.model);
   cell->mutable_seeds()->set_first(asked.seeds.first);

@@ -76,6 +76,11 @@ Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Ste
   const scene::Gate& gate = gates[static_cast<std::size_t>(found.waypoint)];
   const Eigen::Isometry3d& X_WG = gate.X_WG;
   const double wrong_center_m = kWrongCenter_m * gate.shape.inner_half_m / GateShape{}.inner_half_m;
+  const auto gate_for_who_estimates = [&report, &X_WG](double t_s) -> Eigen::Isometry3d {
+    const auto at = std::lower_bound(report.samples.begin(), report.samples.end(), t_s,
+                                     [](const simulator::Sample& sample, double t) { return sample.t_s < t; });
+    return at == report.samples.end() ? X_WG : at->X_EW * X_WG;
+  };
   const double end_s = judged_until_s(report, found.waypoint);
   const double epoch_s = seconds(simulator::kLockstepEpoch);
 
@@ -88,8 +93,9 @@ Diagnosis diagnose(const simulator::Report& report, const std::vector<trace::Ste
     if (ours && step.seen && !std::isfinite(first_seen_s)) first_seen_s = t_s;
     if (t_s < end_s - kJudged_s) continue;
     if (!ours || !step.seen) continue;
-    centers_m.push_back((step.center_W - X_WG.translation()).norm());
-    axes_rad.push_back(std::acos(std::clamp(std::abs(step.axis_W.dot(X_WG.linear().col(0))), 0.0, 1.0)));
+    const Eigen::Isometry3d X_EG = gate_for_who_estimates(t_s);
+    centers_m.push_back((step.center_W - X_EG.translation()).norm());
+    axes_rad.push_back(std::acos(std::clamp(std::abs(step.axis_W.dot(X_EG.linear().col(0))), 0.0, 1.0)));
   }
   found.center_error_m = quantile(centers_m, 0.5);
   found.axis_error_rad = quantile(axes_rad, 0.5);

@@ -38,7 +38,7 @@ struct Diagnosis {
   Cause cause = Cause::kNone;
   int waypoint = -1;  ///< whose gate the race was lost at, index into the course
   /// Median over the judged time of how far the believed centre was from the true one, and the believed axis from the
-  /// true one; NaN: it was never seen, or nothing was recorded.
+  /// true one, as the state estimate has it (simulator::Sample::X_EW); NaN: it was never seen, or nothing was recorded.
   double center_error_m = std::numeric_limits<double>::quiet_NaN();
   double axis_error_rad = std::numeric_limits<double>::quiet_NaN();
   double seen_before_s = std::numeric_limits<double>::quiet_NaN();  ///< how long before the end it was seen first

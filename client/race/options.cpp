@@ -135,6 +135,7 @@ Result<Campaign> campaign_of(const Arguments& a) {
   }
   SingleCell asked{a.scenario, a.profile, a.model, a.speeds_m_s, {1, 20}, {}, a.link, a.actuation};
   asked.hull = a.hull;
+  asked.world = a.world;
   if (a.laps > 0) asked.laps = a.laps;
   return single_cell_campaign(asked);
 }
@@ -175,6 +176,11 @@ void declare(CLI::App* app, Arguments* a) {
                   "How the vehicle is driven: rotor-thrusts or body-rates (default: the scenario's, else the vehicle "
                   "file's)")
       ->transform(CLI::CheckedTransformer(config::actuation_names(), CLI::ignore_case));
+  fly->add_option("--world", a->world,
+                  "How the truth is harder than the planner's idea of it, in place of the scenario's: hard, or some of "
+                  "its parts, drift,battery (docs/hard-world.md)")
+      ->delimiter(',')
+      ->transform(CLI::CheckedTransformer(config::world_part_names(), CLI::ignore_case));
   fly->add_option("--delay-each-way-ms", a->link.each_way_ms, "Delay of the link, there and again back")
       ->capture_default_str();
   fly->add_option("--jitter-ms", a->link.jitter_ms, "And up to this much more")->capture_default_str();

@@ -29,6 +29,7 @@ struct Arguments {
   int laps = 0;
   std::optional<Actuation::Kind> actuation;
   std::optional<config::HullKind> hull;
+  std::vector<config::WorldPart> world;
   Link link;
   std::string tune;
   std::size_t trials = 0;

@@ -17,6 +17,7 @@ struct SingleCell {
   Link link;
   std::optional<Actuation::Kind> actuation{};  ///< in place of the scenario's and the vehicle's
   std::optional<config::HullKind> hull{};      ///< in place of the scenario's
+  std::vector<config::WorldPart> world{};      ///< in place of the scenario's; none: the scenario's
 };
 
 /// A campaign of that cell alone, named after its scenario. Errors: as load_campaign(); the sentences begin with

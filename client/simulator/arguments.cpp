@@ -47,6 +47,7 @@ void declare(CLI::App* app, Arguments* a) {
       "  gatefield-sim --scenario circle-yaw30 --realtime                        at the speed of the real world\n"
       "  gatefield-sim --actuation body-rates --setpoint-delay-ms 20             through a flight controller's rate "
       "loop\n"
+      "  gatefield-sim --world hard --speed 8                                    in a world that is harder than told\n"
       "  gatefield-sim --vehicle racer-betaflight --flight-controller betaflight through a real firmware\n"
       "  gatefield-sim --flight-controller px4 --pace 0.5                        through PX4, at half the world's "
       "speed\n"
@@ -82,6 +83,12 @@ void declare(CLI::App* app, Arguments* a) {
       ->transform(CLI::CheckedTransformer(config::hull_names(), CLI::ignore_case))
       ->group("Race");
   app->add_option("--camera-rate", a->camera_rate_hz, "Depth frames per second, in place of the vehicle's")
+      ->group("Race");
+  app->add_option("--world", a->world,
+                  "How the truth is harder than the planner's idea of it, in place of the scenario's: hard, or some of "
+                  "its parts, drift,battery (docs/hard-world.md)")
+      ->delimiter(',')
+      ->transform(CLI::CheckedTransformer(config::world_part_names(), CLI::ignore_case))
       ->group("Race");
   app->add_option("--actuation", a->actuation,
                   "How the vehicle is driven: rotor-thrusts or body-rates (default: the scenario's, else the vehicle "
@@ -249,6 +256,9 @@ Result<config::Scenario> read_scenario(const Arguments& a) {
   if (a.hull) scenario->hull = *a.hull;
   if (auto status = config::validate(scenario->perturbation); !status) return status.failure().within("command line: ");
   if (auto status = read_drive(a, &*scenario); !status) return status.failure().within("command line: ");
+  if (!a.world.empty()) scenario->hard = config::hard_world(a.world);
+  if (scenario->hard.camera_rate_hz > 0 && !a.world.empty())
+    scenario->vehicle.camera.rate_hz = scenario->hard.camera_rate_hz;
   if (a.camera_rate_hz) scenario->vehicle.camera.rate_hz = *a.camera_rate_hz;
   if (auto status = validate(scenario->vehicle.camera); !status) return status.failure().within("command line: ");
   if (a.time_limit_s) scenario->time_limit = from_seconds(*a.time_limit_s);

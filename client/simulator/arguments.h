@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "client/simulator/simulation.h"
 #include "common/base/result.h"
@@ -21,6 +22,7 @@ struct Arguments {
   std::optional<Actuation::Kind> actuation;
   std::optional<config::HullKind> hull;
   bool exact = false;
+  std::vector<config::WorldPart> world;
   std::optional<double> rate_loop_factor, rate_limit_rad_s, setpoint_delay_ms, thrust_factor;
   std::optional<int> laps;
   double speed_m_s = 0.0;

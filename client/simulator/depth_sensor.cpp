@@ -2,13 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include "client/simulator/motion_blur.h"
 
 namespace gatefield::simulator {
+namespace {
+
+/// A turn by this much about an axis that is uniform over the sphere.
+Eigen::AngleAxisd drawn_turn(double angle_rad, std::uint64_t seed) {
+  Random random(seed, Stream("gatefield.mounting"));
+  const double z = random.uniform(-1.0, 1.0), heading = random.uniform(0.0, 2.0 * std::numbers::pi);
+  const double level = std::sqrt(1.0 - z * z);
+  return Eigen::AngleAxisd(angle_rad, Eigen::Vector3d(level * std::cos(heading), level * std::sin(heading), z));
+}
+
+}  // namespace
 
 DepthSensor::DepthSensor(const scene::World& world, const config::Scenario& scenario)
     : camera_(scenario.vehicle.camera),
       noise_(scenario.sensor_noise),
       random_(scenario.seed, Stream("gatefield.sensor_noise")) {
+  if (const double off_rad = scenario.hard.camera.mounting_rad; off_rad > 0)
+    camera_.X_BC = camera_.X_BC * drawn_turn(off_rad, scenario.seed);
   if (scenario.stereo) {
     stereo_.emplace(world, *scenario.stereo, scenario.seed);
   } else {
@@ -22,6 +38,17 @@ const scene::DepthImage& DepthSensor::capture(const Eigen::Isometry3d& X_WB) {
     return noisy_;
   }
   renderer_->render(camera_, X_WB * camera_.X_BC, &clean_, &surface_);
+  scene::apply_noise(noise_, camera_, clean_, surface_, &random_, &noisy_);
+  return noisy_;
+}
+
+const scene::DepthImage& DepthSensor::capture(std::span<const Eigen::Isometry3d> X_WB) {
+  if (stereo_ || X_WB.size() == 1) return capture(X_WB[X_WB.size() / 2]);
+  moments_.resize(X_WB.size());
+  surfaces_.resize(X_WB.size());
+  for (std::size_t i = 0; i < X_WB.size(); ++i)
+    renderer_->render(camera_, X_WB[i] * camera_.X_BC, &moments_[i], &surfaces_[i]);
+  merge_exposure(moments_, surfaces_, camera_.fx_px, noise_.baseline_m, &clean_, &surface_);
   scene::apply_noise(noise_, camera_, clean_, surface_, &random_, &noisy_);
   return noisy_;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/base/random.h"
@@ -14,7 +15,8 @@
 namespace gatefield::simulator {
 
 /// The vehicle's depth camera: what it would see of the true world, with the sensor's noise; or a pair of cameras whose
-/// pictures are matched, when the scenario has one.
+/// pictures are matched, when the scenario has one. It hangs where it truly does, not where it is told to
+/// (config::CameraErrors::mounting_rad).
 /// Thread-safe: no (one thread at a time).   Real-time safe: no.
 class DepthSensor {
  public:
@@ -22,9 +24,14 @@ class DepthSensor {
 
   /// Takes a frame from the given pose of the body; valid until the next call. Same sequence of calls, same images.
   const scene::DepthImage& capture(const Eigen::Isometry3d& X_WB);
+  /// The same over an exposure, from poses of the body spread over it evenly; one is an instant. The pair of cameras
+  /// takes the middle one alone: its pictures are not blurred.
+  const scene::DepthImage& capture(std::span<const Eigen::Isometry3d> X_WB);
   /// The last frame in counts of the camera's metres_per_count, 0 = no return, as an active stereo camera delivers it.
   /// What is farther than 65535 counts becomes 65535.
   const std::vector<std::uint16_t>& counts();
+  /// As it truly is.
+  const CameraModel& camera() const noexcept { return camera_; }
 
  private:
   std::optional<scene::DepthCamera> renderer_;  // one of the two
@@ -32,6 +39,8 @@ class DepthSensor {
   CameraModel camera_;
   scene::SensorNoise noise_;
   Random random_;
+  std::vector<scene::DepthImage> moments_;
+  std::vector<scene::SurfaceImage> surfaces_;
   scene::DepthImage clean_;
   scene::SurfaceImage surface_;
   scene::DepthImage noisy_;

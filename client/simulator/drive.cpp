@@ -8,17 +8,17 @@ Result<Drive> Drive::create(const config::Scenario& scenario) {
   const QuadrotorModel& told = scenario.vehicle.quadrotor;
   const Actuation& actuation = scenario.vehicle.actuation;
   const config::Mismatch& mismatch = scenario.mismatch;
-  if (actuation.kind == Actuation::Kind::kRotorThrusts) return Drive(mismatch.thrust_factor, std::nullopt);
+  if (actuation.kind == Actuation::Kind::kRotorThrusts) return Drive(scenario, std::nullopt);
   const auto gains = tuned_gains(told, mismatch.rate_lag_factor * actuation.rate_time_constant_s);
   if (!gains) return gains.failure().within("the true rate loop: ");
   const Asked hover{told.mass_kg * kGravity_m_s2, Eigen::Vector3d::Zero()};
   const auto steps = static_cast<std::size_t>(mismatch.setpoint_delay / Plant::kStep);
-  return Drive(mismatch.thrust_factor,
+  return Drive(scenario,
                Controller{RateLoop(told, *gains), std::vector<Asked>(steps + 1, hover), 0, mismatch.rate_limit_rad_s});
 }
 
 Drive Drive::through(FlightControllerInLoop* firmware, const config::Scenario& scenario) noexcept {
-  Drive drive(scenario.mismatch.thrust_factor, std::nullopt);
+  Drive drive(scenario, std::nullopt);
   drive.firmware_ = firmware;
   return drive;
 }

@@ -29,9 +29,10 @@ class Drive {
   /// Advances the plant by a step under the setpoint.
   void step(const sdk::Setpoint& setpoint, Plant* plant) noexcept;
 
-  /// What the vehicle knows of its true state: thrusts as its commands are reckoned; none of a flight controller's.
+  /// What the vehicle knows of its true state: thrusts as its commands are reckoned; none of a flight controller's,
+  /// nor where the scenario says so.
   QuadrotorState known(const QuadrotorState& truth) const noexcept;
-  bool thrust_known() const noexcept { return !controller_ && firmware_ == nullptr; }
+  bool thrust_known() const noexcept { return !hidden_ && !controller_ && firmware_ == nullptr; }
 
  private:
   struct Asked {
@@ -44,10 +45,13 @@ class Drive {
     std::size_t newest = 0;                                 ///< the one after it, cyclically, is the oldest
     Eigen::Vector3d limit_rad_s = Eigen::Vector3d::Zero();  ///< of what is asked for; 0: none
   };
-  Drive(double thrust_factor, std::optional<Controller> controller)
-      : thrust_factor_(thrust_factor), controller_(std::move(controller)) {}
+  Drive(const config::Scenario& scenario, std::optional<Controller> controller)
+      : thrust_factor_(scenario.mismatch.thrust_factor),
+        hidden_(scenario.hard.thrust_unknown),
+        controller_(std::move(controller)) {}
 
   double thrust_factor_;
+  bool hidden_;
   std::optional<Controller> controller_;
   FlightControllerInLoop* firmware_ = nullptr;
 };

@@ -24,7 +24,9 @@ JudgedVehicle::JudgedVehicle(const config::Scenario& scenario, const scene::Worl
       plant_(std::move(plant)),
       drive_(std::move(drive)),
       referee_(world, config::passages(scenario.track.course), rules_of(scenario), start_state(scenario).p_WB) {
-  plant_->set_state(start_state(scenario));
+  QuadrotorState start = start_state(scenario);
+  start.thrust_n = start.thrust_command_n = plant_->hover_setting_n();
+  plant_->set_state(start);
   samples_.reserve(
       static_cast<std::size_t>(std::min<Stamp>(scenario.time_limit, std::chrono::minutes(5)) / kSamplePeriod) + 2);
 }
@@ -65,7 +67,7 @@ void JudgedVehicle::advance(const sdk::Setpoint& setpoint) {
 void JudgedVehicle::record(const sdk::Setpoint& setpoint) {
   const double t_s = seconds(race_time_);
   if (!samples_.empty() && samples_.back().t_s == t_s) return;  // the end of the race, on the grid of the samples
-  samples_.push_back({t_s, truth(), setpoint, referee_.expected_waypoint(), referee_.lap(), health_});
+  samples_.push_back({t_s, truth(), setpoint, referee_.expected_waypoint(), referee_.lap(), health_, X_EW_});
 }
 
 void JudgedVehicle::fill(Report* report) {
@@ -74,6 +76,7 @@ void JudgedVehicle::fill(Report* report) {
   report->planner_seed = config::planner_seed_of(scenario_);
   report->actuation = scenario_.vehicle.actuation;
   report->mismatch = scenario_.mismatch;
+  report->world = config::in_words(scenario_.hard.parts);
   report->outcome = referee_.outcome();
   report->sentence = referee_.sentence();
   report->passes = referee_.passes();

@@ -32,6 +32,8 @@ class JudgedVehicle {
 
   /// What the planner says of itself from now on, for the record.
   void note(const protocol::PlannerHealth& health) noexcept { health_ = health; }
+  /// Where things are for whoever goes by the state estimate, from now on, for the record.
+  void note(const Eigen::Isometry3d& X_EW) noexcept { X_EW_ = X_EW; }
   /// One step of Plant::kStep under the setpoint, seen by the referee and the log.
   void advance(const sdk::Setpoint& setpoint);
   /// Ends the race from outside; no effect when it is decided already.
@@ -51,6 +53,7 @@ class JudgedVehicle {
   Stamp race_time_{0};
   Stamp timed_{0};  ///< race_time_, but for the way out of the last gate
   protocol::PlannerHealth health_;
+  Eigen::Isometry3d X_EW_ = Eigen::Isometry3d::Identity();
   sdk::Setpoint last_setpoint_;
   std::vector<Sample> samples_;
   double fallback_s_ = 0.0;

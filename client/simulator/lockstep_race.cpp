@@ -26,7 +26,7 @@ class LockstepRace {
   void run() {
     make_ready(race_, [] {});
     if (race_.vehicle.decided()) return;
-    link_.begin(race_.estimator.estimate(race_.vehicle.known()));
+    link_.begin(race_.estimator.estimate(kLockstepEpoch + race_.vehicle.race_time(), race_.vehicle.known()));
     last_answer_ = MonotonicClock().now();
     while (!race_.vehicle.decided()) step();
   }
@@ -40,12 +40,10 @@ class LockstepRace {
   void step() {
     const Stamp race_time = race_.vehicle.race_time();
     const Stamp now = kLockstepEpoch + race_time;
-    const QuadrotorState estimate = race_.estimator.estimate(race_.vehicle.known());
+    const QuadrotorState estimate = race_.estimator.estimate(now, race_.vehicle.known());
     link_.remember(estimate);
-    if (race_time >= next_frame_) {
-      capture(now);
-      next_frame_ += race_.frame_period();
-    }
+    race_.vehicle.note(race_.estimator.frame());
+    if (const auto frame = race_.shutter.step(now, race_.vehicle.pose())) capture(now, *frame);
     if (race_time >= next_control_) {
       link_.send_state(now);
       next_control_ += control_period_;
@@ -61,12 +59,11 @@ class LockstepRace {
     }
   }
 
-  void capture(Stamp now) {
-    const Eigen::Isometry3d X_WB = race_.vehicle.pose();
-    const scene::DepthImage& image = race_.sensor.capture(X_WB);
-    race_.snapshots.offer(image, X_WB, race_.vehicle.expected_waypoint(), race_.vehicle.passes(),
+  void capture(Stamp now, const Shutter::Frame& frame) {
+    const scene::DepthImage& image = race_.sensor.capture(frame.poses());
+    race_.snapshots.offer(image, frame.middle(), race_.vehicle.expected_waypoint(), race_.vehicle.passes(),
                           seconds(race_.vehicle.race_time()));
-    link_.send_frame(now, image, race_.sensor.counts());
+    link_.send_frame(now, frame.stamp, image, race_.sensor.counts());
   }
 
   /// Sends the frames that are there by now and the state, and waits for the answer.
@@ -109,7 +106,7 @@ class LockstepRace {
   SimulatedLink link_;
   const Stamp control_period_ =
       std::max(Plant::kStep, from_seconds(race_.client.session().control_period_s) / Plant::kStep * Plant::kStep);
-  Stamp next_control_{0}, next_frame_{0}, next_progress_{0};
+  Stamp next_control_{0}, next_progress_{0};
   Stamp last_answer_{0};
 };
 

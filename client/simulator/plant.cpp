@@ -66,7 +66,8 @@ struct Plant::Physics {
 };
 
 Result<std::unique_ptr<Plant>> Plant::create(const scene::World& world, const QuadrotorModel& model,
-                                             const Eigen::Vector3d& wind_W_m_s) {
+                                             const Eigen::Vector3d& wind_W_m_s,
+                                             const std::optional<Aerodynamics>& air) {
   static std::once_flag quiet;
   // MuJoCo would write its warnings to a file in the working folder; what matters of them, the referee sees in the
   // state.
@@ -87,11 +88,12 @@ Result<std::unique_ptr<Plant>> Plant::create(const scene::World& world, const Qu
   physics->data.reset(mj_makeData(physics->model.get()));
   if (!physics->data) return Error{"MuJoCo found no memory for the world's state"};
   physics->body = mj_name2id(physics->model.get(), mjOBJ_BODY, "vehicle");
-  return std::unique_ptr<Plant>(new Plant(std::move(physics), model, wind_W_m_s));
+  return std::unique_ptr<Plant>(new Plant(std::move(physics), model, wind_W_m_s, air));
 }
 
-Plant::Plant(std::unique_ptr<Physics> physics, const QuadrotorModel& model, const Eigen::Vector3d& wind_W_m_s)
-    : physics_(std::move(physics)), model_(model), wind_W_m_s_(wind_W_m_s) {
+Plant::Plant(std::unique_ptr<Physics> physics, const QuadrotorModel& model, const Eigen::Vector3d& wind_W_m_s,
+             const std::optional<Aerodynamics>& air)
+    : physics_(std::move(physics)), model_(model), wind_W_m_s_(wind_W_m_s), air_(air) {
   state_.thrust_n = state_.thrust_command_n = hover_thrust_n(model_);
   set_state(state_);
 }
@@ -127,24 +129,40 @@ void Plant::step_held(const PlainVector4& thrust_command_n) noexcept {
   step_body(rotors);
 }
 
+PlainVector4 Plant::hover_setting_n() const noexcept {
+  PlainVector4 setting_n = gatefield::hover_thrust_n(model_);
+  if (air_)
+    for (double& one_n : setting_n) one_n = air_->setting_n(one_n);
+  return setting_n;
+}
+
+Wrench Plant::wrench(const QuadrotorState& state) const noexcept {
+  if (!air_) return aerodynamic_wrench(model_, state, wind_W_m_s_);
+  QuadrotorState given = state;
+  given.thrust_n = air_->thrust_n(state, wind_W_m_s_);
+  Wrench wrench = aerodynamic_wrench(model_, given, wind_W_m_s_);
+  wrench.force_W += air_->drag_W(state, wind_W_m_s_);
+  return wrench;
+}
+
 void Plant::step_body(const QuadrotorState& rotors) noexcept {
   const double dt_s = seconds(kStep);
   QuadrotorState middle = state_;
   middle.thrust_n = 0.5 * (state_.thrust_n + rotors.thrust_n);
-  const Eigen::Vector3d a_W =
-      aerodynamic_wrench(model_, middle, wind_W_m_s_).force_W / model_.mass_kg - Eigen::Vector3d(0, 0, kGravity_m_s2);
+  const Eigen::Vector3d a_W = wrench(middle).force_W / model_.mass_kg - Eigen::Vector3d(0, 0, kGravity_m_s2);
   middle.v_WB += 0.5 * dt_s * a_W;
   const Eigen::Vector3d half_angle_B = 0.25 * dt_s * state_.w_WB_B;  // half of the angle turned in half a step
   middle.q_WB =
       (state_.q_WB * Eigen::Quaterniond(1.0, half_angle_B.x(), half_angle_B.y(), half_angle_B.z())).normalized();
-  const Wrench wrench = aerodynamic_wrench(model_, middle, wind_W_m_s_);
+  const Wrench held = wrench(middle);
 
   mjData* data = physics_->data.get();
   // Force and torque at the centre of mass, both in world axes.
   mjtNum* applied = data->xfrc_applied + 6 * physics_->body;
-  Eigen::Map<Eigen::Vector3d>{applied} = wrench.force_W;
-  Eigen::Map<Eigen::Vector3d>(applied + 3) = middle.q_WB * wrench.torque_B;
+  Eigen::Map<Eigen::Vector3d>{applied} = held.force_W;
+  Eigen::Map<Eigen::Vector3d>(applied + 3) = middle.q_WB * held.torque_B;
   mj_step(physics_->model.get(), data);
+  if (air_) air_->pass(middle.thrust_n, dt_s);
 
   time_ += kStep;
   state_.thrust_n = rotors.thrust_n;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "client/simulator/aerodynamics.h"
 #include "common/base/clock.h"
 #include "common/base/result.h"
 #include "common/scene/world.h"
@@ -30,9 +31,11 @@ class Plant {
   static constexpr Stamp kStep = std::chrono::milliseconds(1);
 
   /// @param model  the vehicle as it truly is
+  /// @param air    what air and battery do beyond the model; empty: nothing
   /// Errors: a world that MuJoCo can't take (its sentence).
   static Result<std::unique_ptr<Plant>> create(const scene::World& world, const QuadrotorModel& model,
-                                               const Eigen::Vector3d& wind_W_m_s = Eigen::Vector3d::Zero());
+                                               const Eigen::Vector3d& wind_W_m_s = Eigen::Vector3d::Zero(),
+                                               const std::optional<Aerodynamics>& air = std::nullopt);
   ~Plant();
   Plant(const Plant&) = delete;
   Plant& operator=(const Plant&) = delete;
@@ -40,6 +43,8 @@ class Plant {
   /// Puts the vehicle somewhere; time goes on from where it was.
   void set_state(const QuadrotorState& state) noexcept;
   const QuadrotorState& state() const noexcept { return state_; }
+  /// What each rotor must be set to for the vehicle to hover now, far from the floor.
+  PlainVector4 hover_setting_n() const noexcept;
   /// Simulated time since creation.
   Stamp time() const noexcept { return time_; }
 
@@ -55,7 +60,9 @@ class Plant {
 
  private:
   struct Physics;
-  Plant(std::unique_ptr<Physics> physics, const QuadrotorModel& model, const Eigen::Vector3d& wind_W_m_s);
+  Plant(std::unique_ptr<Physics> physics, const QuadrotorModel& model, const Eigen::Vector3d& wind_W_m_s,
+        const std::optional<Aerodynamics>& air);
+  Wrench wrench(const QuadrotorState& state) const noexcept;
   /// The body's step, during which the rotors come to what `rotors` says of them.
   void step_body(const QuadrotorState& rotors) noexcept;
   void read_back() noexcept;
@@ -63,6 +70,7 @@ class Plant {
   std::unique_ptr<Physics> physics_;
   QuadrotorModel model_;
   Eigen::Vector3d wind_W_m_s_;
+  std::optional<Aerodynamics> air_;
   QuadrotorState state_;
   Stamp time_{0};
   std::optional<Contact> contact_;

@@ -7,6 +7,7 @@
 #include "client/simulator/flight_controller_in_loop.h"
 #include "client/simulator/judged_vehicle.h"
 #include "client/simulator/server_news.h"
+#include "client/simulator/shutter.h"
 #include "client/simulator/simulation.h"
 #include "client/simulator/snapshot_keeper.h"
 
@@ -20,13 +21,12 @@ struct RaceParts {
   const std::atomic<bool>& stop;
   const ProgressFunction& on_progress;  ///< may be empty
   JudgedVehicle& vehicle;
+  Shutter& shutter;
   DepthSensor& sensor;
   Estimator& estimator;
   SnapshotKeeper& snapshots;
   ServerNews& news;
   FlightControllerInLoop* firmware;  ///< null: none flies the vehicle
-
-  Stamp frame_period() const noexcept { return from_seconds(1.0 / scenario.vehicle.camera.rate_hz); }
 };
 
 /// Has the firmware armed and brought to hover, where one flies the vehicle, which is held at the start meanwhile. Ends

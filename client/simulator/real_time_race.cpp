@@ -17,8 +17,8 @@ class SimulatedCamera final : public flight::DepthSource {
   explicit SimulatedCamera(const RaceParts& race) : race_(race) {}
 
   /// On the plant's thread.
-  void post(Stamp now) {
-    jobs_.slot() = {now, race_.vehicle.pose(), race_.vehicle.passes(), race_.vehicle.progress()};
+  void post(const Shutter::Frame& frame) {
+    jobs_.slot() = {frame, race_.vehicle.passes(), race_.vehicle.progress()};
     jobs_.publish();
     ++posted_;
     bell_.ring();
@@ -30,22 +30,21 @@ class SimulatedCamera final : public flight::DepthSource {
     if (!bell_.wait_for(timeout)) return std::nullopt;
     const Job* job = jobs_.read();
     if (job == nullptr) return std::nullopt;  // it was taken with the ring before
-    const scene::DepthImage& image = race_.sensor.capture(job->X_WB);
-    race_.snapshots.offer(image, job->X_WB, job->progress.gate, job->passes, job->progress.race_time_s);
-    if (job->stamp >= next_progress_) {
+    const scene::DepthImage& image = race_.sensor.capture(job->frame.poses());
+    race_.snapshots.offer(image, job->frame.middle(), job->progress.gate, job->passes, job->progress.race_time_s);
+    if (job->frame.stamp >= next_progress_) {
       race_.news.listen(job->progress.race_time_s);
       if (race_.on_progress) race_.on_progress(job->progress);
-      next_progress_ = job->stamp + kProgressPeriod;
+      next_progress_ = job->frame.stamp + kProgressPeriod;
     }
     if (race_.options.depth_in_counts)
-      return flight::DepthFrame{job->stamp, std::span<const std::uint16_t>(race_.sensor.counts())};
-    return flight::DepthFrame{job->stamp, std::span<const float>(image.depth_m)};
+      return flight::DepthFrame{job->frame.stamp, std::span<const std::uint16_t>(race_.sensor.counts())};
+    return flight::DepthFrame{job->frame.stamp, std::span<const float>(image.depth_m)};
   }
 
  private:
   struct Job {
-    Stamp stamp{0};
-    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    Shutter::Frame frame;
     std::size_t passes = 0;
     Progress progress;
   };
@@ -63,11 +62,10 @@ class SimulatedVehicle final : public flight::StateSource, public flight::Actuat
   SimulatedVehicle(const RaceParts& race, SimulatedCamera* camera) : race_(race), camera_(*camera) {}
 
   std::optional<flight::TimedState> newest(Stamp now) noexcept override {
-    if (now >= next_frame_) {
-      camera_.post(now);
-      next_frame_ = std::max(next_frame_ + race_.frame_period(), now);  // frames that a slip took are not made up for
-    }
-    return flight::TimedState{now, race_.estimator.estimate(race_.vehicle.known()), race_.vehicle.thrust_known()};
+    if (const auto frame = race_.shutter.step(now, race_.vehicle.pose())) camera_.post(*frame);
+    const QuadrotorState estimate = race_.estimator.estimate(now, race_.vehicle.known());
+    race_.vehicle.note(race_.estimator.frame());
+    return flight::TimedState{now, estimate, race_.vehicle.thrust_known()};
   }
 
   flight::SetpointPart accepts() const noexcept override {
@@ -89,7 +87,6 @@ class SimulatedVehicle final : public flight::StateSource, public flight::Actuat
 
   const RaceParts& race_;
   SimulatedCamera& camera_;
-  Stamp next_frame_{0};
 };
 
 }  // namespace

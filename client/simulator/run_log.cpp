@@ -50,6 +50,7 @@ std::string summarize(const Report& report) {
   for (const HeardSession& session : report.sessions) add(&out, "Session       {}\n", in_words(session));
   add(&out, "Seeds         world {}, planner {}\n", report.seed, report.planner_seed);
   add(&out, "Driven by     {}\n", in_words(report.actuation, report.mismatch));
+  if (!report.world.empty()) add(&out, "World         {}\n", report.world);
   if (const std::string found = in_words(report.identified, report.actuation); !found.empty())
     add(&out, "Found         {}\n", found);
   if (!report.firmware.empty()) add(&out, "Firmware      {}\n", report.firmware);

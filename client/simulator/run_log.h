@@ -22,6 +22,8 @@ struct Sample {
   int expected_waypoint = 0;  ///< what the referee waits for, index into the course
   int lap = 0;
   protocol::PlannerHealth health;  ///< of the newest command
+  /// Where things are for whoever goes by the state estimate (Estimator::frame()).
+  Eigen::Isometry3d X_EW = Eigen::Isometry3d::Identity();
 };
 
 /// One depth frame as the sensor gave it, and where from; kept of the approach to a gate for people to look at.
@@ -53,6 +55,7 @@ struct Report {
   std::uint64_t planner_seed = 1;  ///< that the planner was told
   Actuation actuation;             ///< how the vehicle was driven, as told
   config::Mismatch mismatch;       ///< what was otherwise in truth
+  std::string world;               ///< parts of a harder world, in words; empty: none
   std::string firmware;            ///< in the loop, and its version; empty: none
   Outcome outcome = Outcome::kRunning;
   std::string sentence;

@@ -38,10 +38,11 @@ void SimulatedLink::send_state(Stamp now) {
     states_.push_back({now + passage.jitter, {now - options_.delay, past_.front()}});
 }
 
-void SimulatedLink::send_frame(Stamp now, const scene::DepthImage& metres, const std::vector<std::uint16_t>& counts) {
+void SimulatedLink::send_frame(Stamp now, Stamp stamp, const scene::DepthImage& metres,
+                               const std::vector<std::uint16_t>& counts) {
   const Passage passage = pass(1);
   const Stamp arrival = now + options_.delay + passage.jitter;
-  if (!passage.lost && !cut(now, arrival)) frames_.push_back({arrival, {now, metres, counts}});
+  if (!passage.lost && !cut(now, arrival)) frames_.push_back({arrival, {stamp, metres, counts}});
 }
 
 std::optional<SimulatedLink::State> SimulatedLink::take_state(Stamp now) {

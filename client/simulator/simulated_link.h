@@ -52,8 +52,9 @@ class SimulatedLink {
 
   /// Sends the state that the planner sees now, which is the delay old.
   void send_state(Stamp now);
-  /// Sends a frame captured now.
-  void send_frame(Stamp now, const scene::DepthImage& metres, const std::vector<std::uint16_t>& counts);
+  /// Sends a frame that is out now.
+  /// @param stamp  that it carries
+  void send_frame(Stamp now, Stamp stamp, const scene::DepthImage& metres, const std::vector<std::uint16_t>& counts);
 
   /// The newest state that is there by now; it has overtaken the older ones. Empty: none came since.
   std::optional<State> take_state(Stamp now);

@@ -94,20 +94,22 @@ Result<Report> fly(const config::Scenario& scenario, const Options& options, sdk
   const auto opened = open_firmware(options, scenario);
   if (!opened) return opened.failure();
   FlightControllerInLoop* const firmware = opened->get();
-  const scene::World world = config::perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
-  auto plant = Plant::create(world, config::true_quadrotor(scenario.vehicle.quadrotor, scenario.mismatch),
-                             scenario.mismatch.wind_W_m_s);
+  const scene::World world = config::true_world(scenario);
+  const QuadrotorModel model = config::true_quadrotor(scenario.vehicle.quadrotor, scenario.mismatch);
+  auto plant = Plant::create(world, model, scenario.mismatch.wind_W_m_s,
+                             Aerodynamics::create(scenario.hard.air, model, world, scenario.seed));
   if (!plant) return plant.failure();
   auto drive = firmware ? Result<Drive>(Drive::through(firmware, scenario)) : Drive::create(scenario);
   if (!drive) return drive.failure();
 
   JudgedVehicle vehicle(scenario, world, std::move(plant).value(), std::move(drive).value());
+  Shutter shutter(scenario.hard.camera, from_seconds(1.0 / scenario.vehicle.camera.rate_hz), scenario.seed);
   DepthSensor sensor(world, scenario);
-  Estimator estimator(scenario.state_noise, scenario.seed);
-  SnapshotKeeper snapshots(config::gates_by_waypoint(world, scenario.track.course), scenario.vehicle.camera);
+  Estimator estimator(scenario.state_noise, scenario.hard.estimate, scenario.seed);
+  SnapshotKeeper snapshots(config::gates_by_waypoint(world, scenario.track.course), sensor.camera());
   ServerNews news(client, on_problem, on_session);
-  const RaceParts race{scenario, options,   *client,   stop, on_progress, vehicle,
-                       sensor,   estimator, snapshots, news, firmware};
+  const RaceParts race{scenario, options, *client,   stop,      on_progress, vehicle,
+                       shutter,  sensor,  estimator, snapshots, news,        firmware};
   Report report;
   report.timing = options.timing;
   report.control_period_s = seconds(std::max(Plant::kStep, from_seconds(client->session().control_period_s)));

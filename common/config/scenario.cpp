@@ -9,6 +9,7 @@
 #include "common/config/scenario.pb.h"
 #include "common/config/sensor_noise_file.h"
 #include "common/config/text_file.h"
+#include "common/scene/furniture.h"
 
 namespace gatefield::config {
 namespace {
@@ -35,6 +36,30 @@ Status convert_actuation(const ScenarioFile& spec, Vehicle* vehicle) {
   const bool has_lags = spec.actuation().has_thrust_time_constant_s() || spec.actuation().has_rate_time_constant_s();
   vehicle->actuation = has_lags ? said : driven_by(*vehicle, said.kind);
   return validate(vehicle->actuation);
+}
+
+/// About where a course is flown: cubic curves (Hermite) from the start through the gates as they stand.
+std::vector<Eigen::Vector3d> way_through(const Track& track, const scene::World& world) {
+  constexpr int kPoints = 30;  // of each curve
+  struct Knot {
+    Eigen::Vector3d p_W, direction_W;
+  };
+  const Eigen::Vector3d heading_W(std::cos(track.start_yaw_rad), std::sin(track.start_yaw_rad), 0.0);
+  std::vector<Knot> knots{{track.start_p_WB, heading_W}};
+  for (const scene::Gate& gate : gates_by_waypoint(world, track.course))
+    knots.push_back({gate.X_WG.translation(), gate.X_WG.linear().col(0)});
+  if (track.course.closed) knots.push_back(knots[1]);
+  std::vector<Eigen::Vector3d> way_W;
+  for (std::size_t i = 1; i < knots.size(); ++i) {
+    const Knot &from = knots[i - 1], &to = knots[i];
+    const double length_m = (to.p_W - from.p_W).norm();
+    for (int k = 0; k <= kPoints; ++k) {
+      const double s = static_cast<double>(k) / kPoints, r = 1.0 - s;
+      way_W.push_back(r * r * (1.0 + 2.0 * s) * from.p_W + s * s * (1.0 + 2.0 * r) * to.p_W +
+                      length_m * s * r * (r * from.direction_W - s * to.direction_W));
+    }
+  }
+  return way_W;
 }
 
 Status convert(const ScenarioFile& spec, Scenario* scenario) {
@@ -75,6 +100,12 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
   if (auto status = validate(scenario->mismatch); !status) return status;
   if (auto status = convert_actuation(spec, &scenario->vehicle); !status) return status;
   if (auto status = validate(scenario->mismatch, scenario->vehicle.actuation); !status) return status;
+  std::vector<WorldPart> parts;
+  for (const int part : spec.world()) parts.push_back(static_cast<WorldPart>(part));
+  auto hard = to_hard_world(parts, spec.world_sizes());
+  if (!hard) return hard.failure();
+  scenario->hard = std::move(hard).value();
+  if (scenario->hard.camera_rate_hz > 0) scenario->vehicle.camera.rate_hz = scenario->hard.camera_rate_hz;
   if (spec.has_camera_rate_hz()) {
     scenario->vehicle.camera.rate_hz = spec.camera_rate_hz();
     if (auto status = validate(scenario->vehicle.camera); !status) return status;
@@ -206,6 +237,17 @@ scene::World perturbed_world(const Track& track, const Perturbation& perturbatio
     gate.X_WG.translation() = p_WG;
   }
   furnish(track, &world);
+  return world;
+}
+
+scene::World true_world(const Scenario& scenario) {
+  scene::World world = perturbed_world(scenario.track, scenario.perturbation, scenario.seed);
+  if (!scenario.hard.furniture) return world;
+  scene::Hall hall{.room = scenario.track.flight_volume, .way_W = way_through(scenario.track, world)};
+  if (scenario.track.has_floor) hall.room.min().z() = scenario.track.floor_z_m;
+  Random random(scenario.seed, Stream("gatefield.furniture"));
+  const std::vector<scene::Box> furniture = scene::furnish(hall, &random);
+  world.boxes.insert(world.boxes.end(), furniture.begin(), furniture.end());
   return world;
 }
 

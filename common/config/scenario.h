@@ -10,6 +10,7 @@
 #include "common/base/clock.h"
 #include "common/base/result.h"
 #include "common/config/course.h"
+#include "common/config/hard_world.h"
 #include "common/config/vehicle.h"
 #include "common/scene/sensor_noise.h"
 #include "common/scene/stereo_camera.h"
@@ -65,6 +66,7 @@ struct Scenario {
   std::optional<scene::StereoOptions> stereo;  ///< set: this sensor, and no sensor_noise
   StateNoise state_noise;
   Mismatch mismatch;
+  HardWorld hard;
   std::uint64_t seed = 1;                     ///< of the true world: gates, noise, link
   std::optional<std::uint64_t> planner_seed;  ///< of the planner's sampling, when the file or a person says it
   std::chrono::nanoseconds time_limit = std::chrono::seconds(120);
@@ -116,6 +118,9 @@ Status validate(const Mismatch& mismatch, const Actuation& actuation);
 /// The paper speaks of "position perturbation of about 0.3 m" and of "yaw noise" without saying how they were drawn; a
 /// fixed displacement makes the figure mean what it says: every gate is that far off.
 scene::World perturbed_world(const Track& track, const Perturbation& perturbation, std::uint64_t seed);
+
+/// The scenario's own: perturbed_world(), with furniture where it has some.
+scene::World true_world(const Scenario& scenario);
 
 /// The vehicle as it truly is: mass (and inertia with it), drag, rotor lag and thrust scaled.
 QuadrotorModel true_quadrotor(const QuadrotorModel& believed, const Mismatch& mismatch);

@@ -20,6 +20,27 @@ std::string refusal(const std::string& text) {
   return campaign.ok() ? "" : campaign.error();
 }
 
+TEST(Campaign, AHarderWorldIsOfTheCellsAlone) {
+  const Folder folder;
+  folder.put("sized.txt", "course: \"circle\" vehicle: \"racer\" world: LAG world_sizes { lag_ms: 40 }");
+  const auto loaded = load_campaign(folder.put("c.txt", R"(
+    defaults { scenario: "sized.txt" speed_m_s: 6 seeds { first: 1 last: 2 } }
+    cell { name: "as-it-is" }
+    cell { name: "hard" world: HARD }
+    cell { name: "some" world: [DRIFT, LAG] world_sizes { lag_ms: 5 } }
+    cell { name: "easy" world: EASY }
+  )"));
+  ASSERT_TRUE(loaded.ok()) << loaded.error();
+  using std::chrono::milliseconds;
+  EXPECT_EQ(loaded->cells[0].scenario.hard.estimate.lag, milliseconds(40));
+  EXPECT_EQ(loaded->cells[1].scenario.hard.estimate.lag, milliseconds(15)) << "its sizes are its own";
+  EXPECT_TRUE(loaded->cells[1].scenario.hard.thrust_unknown);
+  EXPECT_EQ(loaded->cells[1].scenario.vehicle.camera.rate_hz, 30);
+  EXPECT_EQ(loaded->cells[2].scenario.hard.estimate.lag, milliseconds(5));
+  EXPECT_EQ(loaded->cells[3].scenario.hard.estimate.lag, milliseconds(0));
+  EXPECT_THAT(loaded->cells[2].scenario_text, HasSubstr("lag_ms: 5"));
+}
+
 TEST(Campaign, ACellBesideAnotherIsTheSameButForWhatItSets) {
   const std::string text = R"(
     defaults { scenario: "circle-0.3m" seeds { first: 3 last: 9 } }

@@ -57,6 +57,16 @@ TEST_F(Causes, AGateBelievedElsewhereIsPerceptions) {
   EXPECT_NEAR(diagnosis().center_error_m, 0.4, 1e-9);
 }
 
+TEST_F(Causes, ABeliefIsJudgedWhereTheStateEstimateHasTheGate) {
+  report_.samples[0].t_s = 1.0;
+  report_.samples[0].X_EW.translation() = Eigen::Vector3d(0.5, 0, 0);
+  EXPECT_EQ(diagnosis().cause, Cause::kPerceptionWrong);
+  EXPECT_NEAR(diagnosis().center_error_m, 0.5, 1e-9);
+  for (auto& step : trace_) step.center_W.x() += 0.5;
+  EXPECT_EQ(diagnosis().cause, Cause::kControl);
+  EXPECT_NEAR(diagnosis().center_error_m, 0.0, 1e-9);
+}
+
 TEST_F(Causes, OnlyTheLastMomentsAreJudged) {
   for (int i = 0; i < 15; ++i) trace_[static_cast<std::size_t>(i)].center_W.x() += 2.0;
   EXPECT_EQ(diagnosis().cause, Cause::kControl);

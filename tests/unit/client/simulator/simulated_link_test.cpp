@@ -25,7 +25,7 @@ TEST(SimulatedLink, WithoutDelayWhatIsSentIsThereAtOnce) {
   link.begin(at(0));
   link.remember(at(5));
   link.send_state(10s);
-  link.send_frame(10s, {}, {7, 8});
+  link.send_frame(10s, 9s, {}, {7, 8});
   const auto state = link.take_state(10s);
   ASSERT_TRUE(state);
   EXPECT_EQ(state->stamp, 10s);
@@ -34,6 +34,7 @@ TEST(SimulatedLink, WithoutDelayWhatIsSentIsThereAtOnce) {
   const auto frame = link.take_frame(10s);
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->counts, (std::vector<std::uint16_t>{7, 8}));
+  EXPECT_EQ(frame->stamp, 9s) << "as it was given";
   EXPECT_FALSE(link.take_frame(10s));
 }
 
@@ -49,7 +50,7 @@ TEST(SimulatedLink, ADelayShowsStatesOfThePastAndFramesLater) {
     EXPECT_EQ(state->stamp, now - 3ms);
     EXPECT_EQ(state->state.p_WB.x(), ms < 3 ? -1.0 : ms - 3.0);
   }
-  link.send_frame(20s, {}, {});
+  link.send_frame(20s, 20s, {}, {});
   EXPECT_FALSE(link.take_frame(20s + 2ms));
   const auto frame = link.take_frame(20s + 3ms);
   ASSERT_TRUE(frame);
@@ -66,7 +67,7 @@ TEST(SimulatedLink, WhatANewerOneHasOvertakenIsLost) {
     link.remember(at(ms));
     if (ms % 10 == 0) {
       link.send_state(now);
-      link.send_frame(now, {}, {});
+      link.send_frame(now, now, {}, {});
     }
     if (const auto state = link.take_state(now)) {
       EXPECT_GT(state->stamp, last_state);
@@ -92,7 +93,7 @@ TEST(SimulatedLink, LossTakesAStateOnBothWaysAndAFrameOnOne) {
   constexpr int kSent = 5000;
   for (int i = 0; i < kSent; ++i) {
     link.send_state(10s);
-    link.send_frame(10s, {}, {});
+    link.send_frame(10s, 10s, {}, {});
     states += link.take_state(10s).has_value();
     frames += link.take_frame(10s).has_value();
   }
@@ -106,7 +107,7 @@ TEST(SimulatedLink, NothingGetsThroughDuringAnOutage) {
   std::vector<Stamp> states, frames;
   for (Stamp now = 10s; now < 11s; now += 10ms) {
     link.send_state(now);
-    link.send_frame(now, {}, {});
+    link.send_frame(now, now, {}, {});
     if (const auto state = link.take_state(now)) states.push_back(state->stamp);
     while (const auto frame = link.take_frame(now)) frames.push_back(frame->stamp);
   }
