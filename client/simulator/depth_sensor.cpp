@@ -7,7 +7,7 @@ namespace gatefield::simulator {
 
 DepthSensor::DepthSensor(const scene::World& world, const config::Scenario& scenario)
     : camera_(scenario.vehicle.camera),
-      noise_(scenario.sensor_noise),
+      noise_(scene::one_sensor(scenario.sensor_noise, scenario.seed)),
       random_(scenario.seed, Stream("gatefield.sensor_noise")) {
   if (scenario.stereo) {
     stereo_.emplace(world, *scenario.stereo, scenario.seed);
@@ -21,7 +21,7 @@ const scene::DepthImage& DepthSensor::capture(const Eigen::Isometry3d& X_WB) {
     stereo_->render(camera_, X_WB * camera_.X_BC, &random_, &noisy_);
     return noisy_;
   }
-  renderer_->render(camera_, X_WB * camera_.X_BC, &clean_, &surface_);
+  renderer_->render(scene::rendered_camera(noise_, camera_), X_WB * camera_.X_BC, &clean_, &surface_);
   scene::apply_noise(noise_, camera_, clean_, surface_, &random_, &noisy_);
   return noisy_;
 }

@@ -41,6 +41,7 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
                             perturbation.has_height_m() ? perturbation.height_m() : 0.5 * perturbation.position_m(),
                             perturbation.yaw_deg() * kDegree, perturbation.tilt_deg() * kDegree};
   if (auto status = validate(scenario->perturbation); !status) return status;
+  if (auto status = validate(spec.sensor_noise()); !status) return status;
   scenario->sensor_noise = to_sensor_noise(spec.sensor_noise());
   if (auto status = validate(scenario->sensor_noise); !status) return status;
   if (spec.has_stereo()) {
