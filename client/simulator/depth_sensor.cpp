@@ -21,7 +21,7 @@ Eigen::AngleAxisd drawn_turn(double angle_rad, std::uint64_t seed) {
 
 DepthSensor::DepthSensor(const scene::World& world, const config::Scenario& scenario)
     : camera_(scenario.vehicle.camera),
-      noise_(scenario.sensor_noise),
+      noise_(scene::one_sensor(scenario.sensor_noise, scenario.seed)),
       random_(scenario.seed, Stream("gatefield.sensor_noise")) {
   if (const double off_rad = scenario.hard.camera.mounting_rad; off_rad > 0)
     camera_.X_BC = camera_.X_BC * drawn_turn(off_rad, scenario.seed);
@@ -37,7 +37,7 @@ const scene::DepthImage& DepthSensor::capture(const Eigen::Isometry3d& X_WB) {
     stereo_->render(camera_, X_WB * camera_.X_BC, &random_, &noisy_);
     return noisy_;
   }
-  renderer_->render(camera_, X_WB * camera_.X_BC, &clean_, &surface_);
+  renderer_->render(scene::rendered_camera(noise_, camera_), X_WB * camera_.X_BC, &clean_, &surface_);
   scene::apply_noise(noise_, camera_, clean_, surface_, &random_, &noisy_);
   return noisy_;
 }

@@ -70,6 +70,7 @@ Status convert(const ScenarioFile& spec, Scenario* scenario) {
                             perturbation.yaw_deg() * kDegree, perturbation.tilt_deg() * kDegree, perturbation.exact()};
   if (auto status = validate(scenario->perturbation); !status) return status;
   scenario->hull = static_cast<HullKind>(spec.hull());
+  if (auto status = validate(spec.sensor_noise()); !status) return status;
   scenario->sensor_noise = to_sensor_noise(spec.sensor_noise());
   if (auto status = validate(scenario->sensor_noise); !status) return status;
   if (spec.has_stereo()) {

@@ -11,6 +11,9 @@ namespace gatefield::config {
 
 class SensorNoiseSpec;
 
+/// Says which field can't stand beside another: the measured model replaces all others but scale.
+Status validate(const SensorNoiseSpec& spec);
+
 /// What a person wrote; what is not set keeps its default.
 scene::SensorNoise to_sensor_noise(const SensorNoiseSpec& spec);
 
@@ -19,7 +22,7 @@ scene::SensorNoise to_sensor_noise(const SensorNoiseSpec& spec);
 /// Thread-safe: yes.   Real-time safe: no.
 Result<scene::SensorNoise> load_sensor_noise(const std::filesystem::path& file);
 
-/// Writes such a file with all fields; `remarks` are put before a field as comments ("" = the file's head).
+/// Writes such a file with all fields (of the model that is used); `remarks` are put before a field as comments ("" = the file's head).
 struct NoiseRemark {
   std::string field;
   std::string text;

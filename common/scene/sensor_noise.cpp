@@ -7,38 +7,10 @@
 #include <string>
 
 #include "common/base/multiversion.h"
+#include "common/scene/noise_planes.h"
 
 namespace gatefield::scene {
 namespace {
-
-constexpr std::uint32_t kNormalBits = 12;
-constexpr std::size_t kNormals = std::size_t{1} << kNormalBits;
-
-/// Standard normal quantiles, indexed by random bits: a normal number for the price of a look-up (tails end at 3.7
-/// sigma). Each entry is the inverse of the distribution function at the middle of its slice, by bisection; scaled to
-/// variance 1.
-const std::array<float, kNormals>& normal_table() {
-  static const std::array<float, kNormals> table = [] {
-    std::array<double, kNormals> quantiles{};
-    double sum_squares = 0.0;
-    for (std::size_t i = 0; i < kNormals; ++i) {
-      const double probability = (static_cast<double>(i) + 0.5) / static_cast<double>(kNormals);
-      double low = -8.0;
-      double high = 8.0;
-      for (int step = 0; step < 50; ++step) {
-        const double middle = 0.5 * (low + high);
-        (0.5 * std::erfc(-middle / std::numbers::sqrt2) < probability ? low : high) = middle;
-      }
-      quantiles[i] = 0.5 * (low + high);
-      sum_squares += quantiles[i] * quantiles[i];
-    }
-    const double to_unit = std::sqrt(static_cast<double>(kNormals) / sum_squares);
-    std::array<float, kNormals> result{};
-    for (std::size_t i = 0; i < kNormals; ++i) result[i] = static_cast<float>(quantiles[i] * to_unit);
-    return result;
-  }();
-  return table;
-}
 
 /// Buffers that keep their size between calls, one set per thread.
 struct Scratch {
@@ -48,18 +20,6 @@ struct Scratch {
   std::vector<float> second_px;
   std::vector<std::uint8_t> edge;
 };
-
-/// Four planes of random bits, one from each word of the generator's blocks, so that the loop vectorises.
-GATEFIELD_MULTIVERSION void fill_bits(std::uint32_t key0, std::uint32_t key1, std::size_t blocks, std::uint32_t* plane0,
-                                      std::uint32_t* plane1, std::uint32_t* plane2, std::uint32_t* plane3) {
-  for (std::size_t i = 0; i < blocks; ++i) {
-    const auto block = philox({static_cast<std::uint32_t>(i), 0, 0, 0}, {key0, key1});
-    plane0[i] = block[0];
-    plane1[i] = block[1];
-    plane2[i] = block[2];
-    plane3[i] = block[3];
-  }
-}
 
 /// disturbed = D / quantised(D / z + sigma n), 0 when there was nothing or when it leaves the range. D = fx b.
 GATEFIELD_MULTIVERSION void disturb(const float* z_m, const float* normals, std::size_t pixels, float disparity_m_px,
@@ -107,18 +67,6 @@ GATEFIELD_MULTIVERSION void lose(const float* cosine, const float* reflectance, 
     const float value = draw < keep * speckle ? min_m + (max_m - min_m) * where : depth_m[i];
     depth_m[i] = (draw < keep) & (depth_m[i] > 0.0f) ? value : 0.0f;
   }
-}
-
-/// Poisson number by Knuth's product of uniforms; fine for the few holes of an image.
-int poisson(double mean, Random* random) {
-  const double limit = std::exp(-mean);
-  double product = random->uniform();
-  int count = 0;
-  while (product > limit && count < 1000) {
-    product *= random->uniform();
-    ++count;
-  }
-  return count;
 }
 
 void punch_hole(double mean_radius_px, int width, int height, Random* random, float* depth_m) {
@@ -169,7 +117,23 @@ Status validate(const SensorNoise& noise) {
                                check("scale", noise.scale, 0.0, 10.0, "0 to 10")}) {
     if (!status.ok()) return status;
   }
-  return {};
+  return noise.active_stereo ? validate(*noise.active_stereo) : Status{};
+}
+
+CameraModel rendered_camera(const SensorNoise& noise, const CameraModel& camera) {
+  CameraModel rendered = camera;
+  if (noise.active_stereo && noise.scale > 0.0)
+    rendered.max_depth_m = std::max(camera.max_depth_m, noise.active_stereo->render_to_m);
+  return rendered;
+}
+
+SensorNoise one_sensor(const SensorNoise& noise, std::uint64_t seed) {
+  SensorNoise one = noise;
+  if (!one.active_stereo) return one;
+  Random random(seed, Stream("gatefield.depth_scale"));
+  ActiveStereoNoise& stereo = *one.active_stereo;
+  stereo.depth_scale_min = stereo.depth_scale_max = random.uniform(stereo.depth_scale_min, stereo.depth_scale_max);
+  return one;
 }
 
 void apply_noise(const SensorNoise& noise, const CameraModel& camera, const DepthImage& clean,
@@ -188,6 +152,10 @@ void apply_noise(const SensorNoise& noise, const CameraModel& camera, const Dept
     noisy->depth_m = clean.depth_m;
     return;
   }
+  if (noise.active_stereo) {
+    apply_active_stereo(*noise.active_stereo, noise.scale, camera, clean, surface, key, noisy);
+    return;
+  }
 
   static thread_local Scratch scratch;
   const std::size_t blocks = (pixels + 1) / 2;
@@ -200,7 +168,7 @@ void apply_noise(const SensorNoise& noise, const CameraModel& camera, const Dept
   std::uint32_t* const bits_a = scratch.bits.data();
   // 12 bits bleed, 2 which neighbour, 6 mixture, 12 shadow; 20: wrong depth.
   std::uint32_t* const bits_b = bits_a + 2 * blocks;
-  fill_bits(key[0], key[1], blocks, bits_a, bits_a + blocks, bits_b, bits_b + blocks);
+  fill_bits(key[0], key[1], 0, blocks, bits_a, bits_a + blocks, bits_b, bits_b + blocks);
 
   const auto min_m = static_cast<float>(camera.min_depth_m);
   const auto max_m = static_cast<float>(camera.max_depth_m);

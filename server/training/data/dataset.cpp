@@ -71,14 +71,14 @@ float visible_fraction(const CameraModel& camera, std::span<const std::uint16_t>
   return static_cast<float>(seen) / kPoints;
 }
 
-Sample generate(std::uint64_t seed, std::uint64_t index, double round_part) {
+Sample generate(std::uint64_t seed, std::uint64_t index, double round_part, const CameraModel& rendered) {
   const CameraModel& camera = dataset_camera();
   Random random(seed, index);
   const Scenario scenario = draw_scenario(camera, &random, {.round_part = round_part});
 
   static thread_local scene::DepthImage image;
   static thread_local scene::SurfaceImage surface;
-  scene::DepthCamera(scenario.world).render(camera, scenario.X_WC, &image, &surface);
+  scene::DepthCamera(scenario.world).render(rendered, scenario.X_WC, &image, &surface);
 
   Sample sample;
   sample.clean_mm.resize(kImageSize_px);
@@ -143,6 +143,11 @@ GATEFIELD_MULTIVERSION void to_metres(const std::uint16_t* depth_mm, float* dept
   for (std::size_t i = 0; i < kImageSize_px; ++i) depth_m[i] = 0.001f * static_cast<float>(depth_mm[i]);
 }
 
+/// What was rendered for the noise's sake alone.
+GATEFIELD_MULTIVERSION void drop_beyond(float farthest_m, float* depth_m) {
+  for (std::size_t i = 0; i < kImageSize_px; ++i) depth_m[i] = depth_m[i] <= farthest_m ? depth_m[i] : 0.0f;
+}
+
 GATEFIELD_MULTIVERSION void unpack_surface(const std::uint8_t* surface, float* cosine, float* reflectance) {
   for (std::size_t i = 0; i < kImageSize_px; ++i) {
     cosine[i] = static_cast<float>(surface[i] >> 4) * (1.0f / 15.0f);
@@ -158,6 +163,7 @@ void draw_clean(const SampleView& sample, std::span<float> clean_m) {
     return;
   }
   to_metres(sample.clean_mm.data(), clean_m.data());
+  drop_beyond(static_cast<float>(dataset_camera().max_depth_m) + 5e-4f, clean_m.data());
 }
 
 void draw_noisy(const SampleView& sample, const scene::SensorNoise& noise, Random* random, std::span<float> noisy_m) {
@@ -173,7 +179,7 @@ void draw_noisy(const SampleView& sample, const scene::SensorNoise& noise, Rando
   clean.depth_m.resize(kImageSize_px);
   surface.cos_incidence.resize(kImageSize_px);
   surface.reflectance.resize(kImageSize_px);
-  draw_clean(sample, clean.depth_m);
+  to_metres(sample.clean_mm.data(), clean.depth_m.data());
   unpack_surface(sample.surface.data(), surface.cos_incidence.data(), surface.reflectance.data());
   scene::apply_noise(noise, dataset_camera(), clean, surface, random, &noisy);
   std::copy_n(noisy.depth_m.begin(), kImageSize_px, noisy_m.begin());

@@ -99,8 +99,10 @@ const CameraModel& dataset_camera();
 /// Makes sample `index` of the set named by `seed`, from (seed, index) alone: poses all over the approach volume of a
 /// target gate (0.4 to 10 m, up to 80 deg off its axis from either side, attitudes as in racing), one to four gates,
 /// clutter; about a fifth of the samples show no valid gate.
-/// @param round_part of the gates have round openings. Thread-safe: yes.   Real-time safe: no.
-Sample generate(std::uint64_t seed, std::uint64_t index, double round_part = 0.0);
+/// @param round_part of the gates have round openings. @param rendered  dataset_camera(), or the same that sees beyond
+/// its range for the noise's sake (scene::rendered_camera()). Thread-safe: yes.   Real-time safe: no.
+Sample generate(std::uint64_t seed, std::uint64_t index, double round_part = 0.0,
+                const CameraModel& rendered = dataset_camera());
 
 /// The part of 64 points on the frame's midline (half-way between inner and outer edge, x = 0) that the image shows:
 /// inside the image and the depth range, with the image's depth within 0.15 m of the point's.

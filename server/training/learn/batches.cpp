@@ -144,7 +144,8 @@ void draw_image(std::span<const Source> sources, const BatchOptions& options, in
   const std::uint64_t wide = (std::uint64_t{random->bits()} << 32) | random->bits();
   const Source& source = pick(sources, random);
   Sample rendered;
-  if (source.dataset == nullptr) rendered = generate(source.seed, wide, source.round_part);
+  if (source.dataset == nullptr)
+    rendered = generate(source.seed, wide, source.round_part, scene::rendered_camera(options.noise, dataset_camera()));
   const SampleView sample =
       source.dataset == nullptr ? rendered.view() : source.dataset->at(wide % source.dataset->size());
   const std::span noisy(batch->noisy_m.data() + at * kImageSize_px, kImageSize_px);

@@ -82,6 +82,7 @@ TEST(Random, ChanceOfZeroAndOneAreCertain) {
 constexpr Stream kNames[] = {
     Stream("gatefield.perturbation"),
     Stream("gatefield.sensor_noise"),
+    Stream("gatefield.depth_scale"),
     Stream("gatefield.state_noise"),
     Stream("gatefield.drift"),
     Stream("gatefield.jumps"),

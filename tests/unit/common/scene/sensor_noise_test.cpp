@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <functional>
 
@@ -252,6 +253,31 @@ TEST(SensorNoise, ValidationNamesTheField) {
   EXPECT_THAT(error_of([](SensorNoise& n) { n.bleed_probability = 1.1; }), HasSubstr("noise.bleed_probability"));
   EXPECT_THAT(error_of([](SensorNoise& n) { n.hole_radius_px = -1; }), HasSubstr("noise.hole_radius_px"));
   EXPECT_THAT(error_of([](SensorNoise& n) { n.scale = INFINITY; }), HasSubstr("noise.scale"));
+}
+
+TEST(SensorNoise, TheFirstModelStaysWhatItIs) {
+  // Published flights and shipped models were made with these bits.
+  DepthImage clean = plane(1.0f);
+  SurfaceImage surface = surface_of(1, 1);
+  for (int i = 0; i < 160 * 90; ++i) {
+    const int column = i % 160, row = i / 160;
+    const auto u = static_cast<float>(column), v = static_cast<float>(row);
+    const auto k = static_cast<std::size_t>(i);
+    clean.depth_m[k] = (u > 40 && u < 70 && v > 20) ? 1.5f : (v > 60 ? 0.02f * u + 1.0f : 6.0f + 0.01f * v);
+    surface.cos_incidence[k] = 0.1f + 0.9f * u / 160;
+    surface.reflectance[k] = 0.2f + 0.8f * v / 90;
+  }
+  Random random(17);
+  DepthImage noisy;
+  std::uint64_t hash = 0xcbf29ce484222325ull;
+  for (int image = 0; image < 3; ++image) {
+    SensorNoise noise;
+    noise.scale = 0.5 + 0.5 * image;
+    apply_noise(noise, default_camera(), clean, surface, &random, &noisy);
+    for (const float z : noisy.depth_m) hash = (hash ^ std::bit_cast<std::uint32_t>(z)) * 0x100000001b3ull;
+  }
+  EXPECT_EQ(hash, 0x05d9199b621e16bfull);
+  EXPECT_EQ(random.bits(), 0x8fe78ab5u);
 }
 
 }  // namespace
