@@ -179,7 +179,8 @@ TEST_F(Campaign, BadInputIsSaidBeforeAnythingStarts) {
     EXPECT_EQ(program.wait(20s).value_or(-1), 2) << program.output();
     return program.output();
   };
-  EXPECT_THAT(refused({"run", "smock", "--out", out("x").string()}), HasSubstr("one of: paper, rates, readme, smoke, vehicles"));
+  EXPECT_THAT(refused({"run", "smock", "--out", out("x").string()}),
+              HasSubstr("one of: hard, paper, rates, readme, smoke, vehicles"));
   EXPECT_THAT(refused({"run", "smoke", "--out", out("x").string(), "--shard", "3/2"}), HasSubstr("INDEX/COUNT"));
   EXPECT_THAT(refused({"run", "smoke", "--out", out("x").string(), "--profiles", "/nowhere"}),
               HasSubstr("profile is 'race'"));

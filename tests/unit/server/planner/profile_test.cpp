@@ -67,8 +67,7 @@ TEST(Profile, ItsTextHoldsEveryFieldAndGivesTheSameProfile) {
   EXPECT_EQ(again->progress_metric, profile.progress_metric);
   for (const IntegerField& field : kIntegerFields) EXPECT_EQ((*again).*field.member, profile.*field.member);
   for (const SwitchField& field : kSwitchFields) EXPECT_EQ((*again).*field.member, profile.*field.member);
-  for (const NumberField& field : kNumberFields)
-    EXPECT_EQ((*again).*field.member, profile.*field.member) << field.name;
+  for (const NumberField& field : kNumberFields) EXPECT_EQ((*again).*field.member, profile.*field.member) << field.name;
 }
 
 TEST(Profile, NoNameStandsTwiceInTheTables) {
@@ -103,8 +102,8 @@ TEST(Profile, TheShippedOnesLoad) {
 }
 
 TEST(Profile, WhatAFileSaysIsTakenAndTheRestStaysDefault) {
-  const auto profile = load_profile(write(
-      "name: \"mine\" samples: 512 funnel: false rotors_thrust_sigma_s: 2 progress_metric: SQUARED_DISTANCE"));
+  const auto profile = load_profile(
+      write("name: \"mine\" samples: 512 funnel: false rotors_thrust_sigma_s: 2 progress_metric: SQUARED_DISTANCE"));
   ASSERT_TRUE(profile.ok()) << profile.error();
   EXPECT_EQ(profile->samples, 512);
   EXPECT_FALSE(profile->funnel);
