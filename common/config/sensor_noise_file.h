@@ -22,7 +22,8 @@ scene::SensorNoise to_sensor_noise(const SensorNoiseSpec& spec);
 /// Thread-safe: yes.   Real-time safe: no.
 Result<scene::SensorNoise> load_sensor_noise(const std::filesystem::path& file);
 
-/// Writes such a file with all fields (of the model that is used); `remarks` are put before a field as comments ("" = the file's head).
+/// Writes such a file with all fields (of the model that is used); `remarks` are put before a field as comments ("" =
+/// the file's head).
 struct NoiseRemark {
   std::string field;
   std::string text;

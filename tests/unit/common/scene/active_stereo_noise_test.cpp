@@ -76,7 +76,8 @@ TEST(ActiveStereo, CloudsBetweenTwoDistancesLieBetween) {
 }
 
 TEST(ActiveStereo, BlobsHaveTheirSizeInImagesOfAnyResolution) {
-  // At a distance r the error's correlation is a1^2 exp(-r^2 / (4 r1^2)) + a2^2 exp(-r^2 / (4 r2^2)), r in sensor pixels.
+  // At a distance r the error's correlation is a1^2 exp(-r^2 / (4 r1^2)) + a2^2 exp(-r^2 / (4 r2^2)), r in sensor
+  // pixels.
   ActiveStereoNoise noise = silent();
   noise.clouds = {{4.0, 0.15, 0.30}};
   for (const int decimation : {1, 4}) {
