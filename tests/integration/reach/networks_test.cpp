@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <utility>
 
@@ -185,6 +186,14 @@ TEST(Surroundings, ProfilesAreNamedAndNotHeededAndADiscoveryServerIsTaken) {
   EXPECT_NE(said.find("FASTRTPS_DEFAULT_PROFILES_FILE is set (/nowhere/profiles.xml) and not read"), std::string::npos)
       << said;
   EXPECT_NE(said.find("FASTDDS_STATISTICS is set (ALL) and not heeded"), std::string::npos) << said;
+
+  // A profile that asks for protection is no wish to fly without.
+  std::ofstream(programs.file("secure.xml")) << "<property><name>dds.sec.auth.plugin</name></property>";
+  Process unprotected =
+      in_environment({"FASTRTPS_DEFAULT_PROFILES_FILE=" + programs.file("secure.xml").string()},
+                     (kPrograms / "gatefield-server").string(), programs.server_arguments(), programs.file("secure"));
+  EXPECT_EQ(unprotected.wait(60s).value_or(-1), 2) << unprotected.output();
+  EXPECT_NE(unprotected.output().find("asks for DDS security"), std::string::npos) << unprotected.output();
 
   const std::vector<std::string> camera{"--domain", programs.domain(), "--width", "160",    "--height",
                                         "90",       "--seconds",       "1",       "--wait", "20"};
