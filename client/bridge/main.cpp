@@ -24,7 +24,7 @@
 #include "common/base/logging.h"
 #include "common/base/text.h"
 #include "common/dds/environment.h"
-#include "common/dds/library_log.h"
+#include "common/dds/program_log.h"
 #include "common/dds/security_error.h"
 #include "gatefield/sdk/client.h"
 
@@ -250,6 +250,6 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kExitLanded : kExitBadInput;
   }
   gatefield::log::start("gatefield-bridge", arguments.log_level);
-  gatefield::dds::set_library_log([](const std::string& line) { gatefield::log::warn(line); });
+  gatefield::dds::log_library_lines();
   return run(arguments);
 }

@@ -13,7 +13,7 @@
 #include "client/simulator/simulation.h"
 #include "common/base/logging.h"
 #include "common/dds/environment.h"
-#include "common/dds/library_log.h"
+#include "common/dds/program_log.h"
 #include "common/dds/security_error.h"
 #include "gatefield/sdk/client.h"
 
@@ -113,7 +113,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kExitWon : kExitBadInput;
   }
   gatefield::log::start("gatefield-sim", arguments.log_level);
-  gatefield::dds::set_library_log([](const std::string& line) { gatefield::log::warn(line); });
+  gatefield::dds::log_library_lines();
   for (const std::string& sentence : gatefield::dds::settle_environment(arguments.network))
     gatefield::log::warn(sentence);
   return run(arguments);

@@ -1,14 +1,13 @@
 #include "common/dds/environment.h"
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <system_error>
 #include <utility>
 
 #include "common/base/text.h"
+#include "common/base/whole_file.h"
 
 namespace gatefield::dds {
 namespace {
@@ -24,12 +23,9 @@ std::optional<std::string> variable(const char* name) {
 
 /// Whether it holds a property of DDS security. What can't be read asks for nothing.
 bool asks_for_security(const std::string& file) {
-  constexpr std::size_t kMost = 1 << 20;
-  std::ifstream in(file, std::ios::binary);
-  std::string text(kMost, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-  return text.find("dds.sec.") != std::string::npos;
+  constexpr std::uintmax_t kMost = 64 << 20;  // no profile is as large
+  const auto text = read_file(file, kMost);
+  return text.ok() && text->find("dds.sec.") != std::string::npos;
 }
 
 std::string named(const char* name, const std::string& value) {

@@ -21,8 +21,8 @@
 #include "common/config/locate.h"
 #include "common/dds/discovery_server.h"
 #include "common/dds/environment.h"
-#include "common/dds/library_log.h"
 #include "common/dds/network_arguments.h"
+#include "common/dds/program_log.h"
 #include "common/dds/security_error.h"
 #include "common/dds/server_endpoint.h"
 #include "common/protocol/validate.h"
@@ -221,7 +221,7 @@ int serve(const std::string& program, const Options& options,
     if (const std::string why = lock_memory(); !why.empty()) log::warn(why);
 
   const MonotonicClock clock;
-  dds::set_library_log([](const std::string& line) { log::warn(line); });
+  dds::log_library_lines();
   DdsTransport transport;
   service::Service service(serving, made_from, &clock, &transport);
   transport.attach(&service);

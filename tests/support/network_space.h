@@ -40,6 +40,8 @@ class NetworkSpace {
   }
   /// `ip -n <this> <words>`
   void configure(const std::string& words) { ip("-n " + name_ + " " + words); }
+  /// Whether this machine has what is asked for: configure() without an exception.
+  bool may_have(const std::string& words) const { return attempt("ip -n " + name_ + " " + words); }
   /// Hands packets on between its interfaces.
   void route() { shell("ip netns exec " + name_ + " sh -c 'echo 1 > /proc/sys/net/ipv4/ip_forward'"); }
 

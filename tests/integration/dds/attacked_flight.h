@@ -42,6 +42,7 @@ inline T must(Result<T> result) {
 }
 
 inline constexpr const char* kServer = "planner-1";
+inline constexpr Stamp kStrangersMark = 123'456us;  ///< length of a step of a stranger's plan
 
 /// Somebody else in the domain, who overhears what is asked.
 class Stranger {
@@ -76,6 +77,12 @@ class Stranger {
     }
     ADD_FAILURE() << "no server " << name;
     return {};
+  }
+
+  /// All that it met, by what they announce.
+  std::map<std::string, ParticipantId> met() {
+    const std::lock_guard lock(mutex_);
+    return met_;
   }
 
   template <typename Generated>
@@ -123,6 +130,7 @@ class AttackedFlight : public ::testing::Test {
       const std::lock_guard lock(mutex_);
       dropped_ += dropped.count;
       newest_ = dropped;
+      newest_of_[dropped.topic] = dropped;
     };
     told.on_packets_dropped = [this](const DroppedPackets& dropped) {
       const std::lock_guard lock(mutex_);
@@ -190,13 +198,19 @@ class AttackedFlight : public ::testing::Test {
     return dropped_ > 0 ? in_words(newest_) : "";
   }
 
+  /// The newest that was told of this topic; empty: nothing.
+  std::string told_of(Topic topic) {
+    const std::lock_guard lock(mutex_);
+    const auto found = newest_of_.find(topic);
+    return found == newest_of_.end() ? "" : in_words(found->second);
+  }
   std::string packets_told() {
     const std::lock_guard lock(mutex_);
     return packets_told_;
   }
 
-  static constexpr int kEnough = 10;         // commands, to see that it goes on
-  static constexpr Stamp kMark = 123'456us;  ///< of a stranger's plan
+  static constexpr int kEnough = 10;  // commands, to see that it goes on
+  static constexpr Stamp kMark = kStrangersMark;
   MonotonicClock clock_;
   app::DdsTransport transport_;
   std::unique_ptr<service::Service> service_;
@@ -205,6 +219,7 @@ class AttackedFlight : public ::testing::Test {
   std::mutex mutex_;
   std::uint64_t dropped_ = 0;
   DroppedSamples newest_;
+  std::map<Topic, DroppedSamples> newest_of_;
   std::string packets_told_;
 };
 

@@ -4,6 +4,10 @@
 
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <utility>
 
 #include "tests/integration/race/programs.h"
 #include "tests/support/network_space.h"
@@ -84,16 +88,51 @@ TEST_F(Networks, ADiscoveryServerThatIsKilledAndStartedAgainIsFoundAgain) {
   EXPECT_TRUE(second.wait_for_output("drone", 30s)) << "the client does not join again\n" << second.output();
 }
 
-TEST_F(Networks, ATunnelWithoutMulticastAndWithASmallMtuCarriesAFlight) {
-  NetworkSpace pit("gf-pit"), field("gf-fld");
-  pit.connect(field, "wg0", "10.82.0.1/32", "wg0", "10.82.0.2/32");
-  for (NetworkSpace* end : {&pit, &field}) {
-    end->configure("link set wg0 mtu 1280 multicast off");
-    end->configure("route add 10.82.0.0/24 dev wg0");
+constexpr int kVpnMtu_bytes = 1280;
+
+/// One end of a VPN over the routed subnets: a device from point to point, without multicast, with room for less than
+/// the network that carries it.
+class VpnEnd {
+ public:
+  VpnEnd(NetworkSpace* host, const std::string& own, const std::string& other, const std::string& carried_to,
+         const std::filesystem::path& log) {
+    host->configure("tuntap add dev vpn0 mode tun");
+    host->configure("addr add " + own + " peer " + other + " dev vpn0");
+    host->configure("link set vpn0 mtu " + std::to_string(kVpnMtu_bytes) + " multicast off up");
+    tunnel_.emplace(host->run(TUNNEL_PROGRAM, {"--device", "vpn0", "--to", carried_to, "--allowed", other}, log));
+    EXPECT_TRUE(tunnel_->wait_for_output("up", 10s)) << tunnel_->output();
   }
-  Process planner = server(pit, {"--interface", "wg0"});
+  /// Ends it. @return packets that it carried, and the size of the largest
+  std::pair<int, int> carried() {
+    std::pair<int, int> said{-1, -1};
+    tunnel_->signal(SIGTERM);
+    EXPECT_EQ(tunnel_->wait(10s).value_or(-1), 0) << tunnel_->output();
+    EXPECT_EQ(std::sscanf(tunnel_->output().c_str(), "up carried %d packets, the largest of %d bytes", &said.first,
+                          &said.second),
+              2)
+        << tunnel_->output();
+    return said;
+  }
+
+ private:
+  std::optional<Process> tunnel_;
+};
+
+TEST_F(Networks, AVpnCarriesAFlight) {
+  TwoSubnets net;
+  if (!net.pit.may_have("tuntap add dev try0 mode tun")) GTEST_SKIP() << "this machine has no tun devices";
+  VpnEnd pit(&net.pit, "10.82.0.1", "10.82.0.2", "10.81.2.2", programs_.file("pit-vpn"));
+  VpnEnd field(&net.field, "10.82.0.2", "10.82.0.1", "10.81.1.2", programs_.file("field-vpn"));
+  Process planner = server(net.pit, {"--interface", "vpn0"});
   ASSERT_TRUE(planner.wait_for_output("ready: server", 60s)) << planner.output();
-  EXPECT_GT(fly(field, {"--interface", "wg0", "--peer", "10.82.0.1"}), 20) << said_ << planner.output();
+  EXPECT_EQ(fly(net.field, {"--interface", "vpn0", "--wait", "2"}), -1) << "they meet without being told";
+  EXPECT_GT(fly(net.field, {"--interface", "vpn0", "--peer", "10.82.0.1"}), 20) << said_ << planner.output();
+  for (VpnEnd* end : {&pit, &field}) {
+    const auto [packets, largest_bytes] = end->carried();
+    EXPECT_GT(packets, 500) << "states, depth in pieces and plans of two seconds";
+    EXPECT_LE(largest_bytes, kVpnMtu_bytes);
+    EXPECT_GT(largest_bytes, 1000) << "depth goes through in pieces as large as it takes";
+  }
 }
 
 TEST_F(Networks, AnInterfaceThatIsNotThereIsNamedBesideThoseThatAre) {
@@ -147,6 +186,14 @@ TEST(Surroundings, ProfilesAreNamedAndNotHeededAndADiscoveryServerIsTaken) {
   EXPECT_NE(said.find("FASTRTPS_DEFAULT_PROFILES_FILE is set (/nowhere/profiles.xml) and not read"), std::string::npos)
       << said;
   EXPECT_NE(said.find("FASTDDS_STATISTICS is set (ALL) and not heeded"), std::string::npos) << said;
+
+  // A profile that asks for protection is no wish to fly without.
+  std::ofstream(programs.file("secure.xml")) << "<property><name>dds.sec.auth.plugin</name></property>";
+  Process unprotected =
+      in_environment({"FASTRTPS_DEFAULT_PROFILES_FILE=" + programs.file("secure.xml").string()},
+                     (kPrograms / "gatefield-server").string(), programs.server_arguments(), programs.file("secure"));
+  EXPECT_EQ(unprotected.wait(60s).value_or(-1), 2) << unprotected.output();
+  EXPECT_NE(unprotected.output().find("asks for DDS security"), std::string::npos) << unprotected.output();
 
   const std::vector<std::string> camera{"--domain", programs.domain(), "--width", "160",    "--height",
                                         "90",       "--seconds",       "1",       "--wait", "20"};

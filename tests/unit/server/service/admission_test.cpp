@@ -196,5 +196,19 @@ TEST_F(AdmissionTest, AServerWithMoreRoomAnswersFirst) {
   EXPECT_TRUE(ask("c").accepted) << "the other server is silent";
 }
 
+TEST_F(AdmissionTest, HoweverManyServersPromiseRoomTheAnswerComesAfterFourTurns) {
+  auto other = test::good_status("plenty");
+  other.room_cores = 100;
+  for (std::uint8_t i = 1; i <= 20; ++i) service_->on_server_status({i}, other);
+  EXPECT_EQ(ask("a").request, 0u);
+  clock_.advance(590ms);
+  service_->housekeep();
+  EXPECT_TRUE(transport_.replies().empty());
+  clock_.advance(10ms);
+  service_->housekeep();
+  ASSERT_EQ(transport_.replies().size(), 1u);
+  EXPECT_TRUE(transport_.replies().back().accepted);
+}
+
 }  // namespace
 }  // namespace gatefield::service
