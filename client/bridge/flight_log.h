@@ -15,9 +15,9 @@
 namespace gatefield::bridge {
 
 /// Watches a supervised flight, tells a person of it, and says when it is over: what the supervisor enters and why,
-/// which checks before arming fail, which gate is next, what the server finds wrong, what becomes of the session, and at
-/// the end how the vehicle followed what it was asked for. The loop's thread only leaves notes; a thread of this class's
-/// own writes them to the log.
+/// which checks before arming fail, which gate is next, what the server finds wrong, what becomes of the session, and
+/// at the end how the vehicle followed what it was asked for. The loop's thread only leaves notes; a thread of this
+/// class's own writes them to the log.
 ///
 /// The flight is over when the vehicle was in the air and is disarmed again, and when nothing was heard of the flight
 /// controller for kLinkLost on the ground (in the air that is the supervisor's affair).

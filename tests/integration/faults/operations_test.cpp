@@ -8,7 +8,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <csignal>
 #include <fstream>
 #include <regex>
@@ -16,9 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "common/dds/participant.h"
 #include "gatefield/sdk/client.h"
-#include "tests/integration/dds/oversized_states.h"
 #include "tests/integration/race/programs.h"
 #include "tests/support/http_page.h"
 
@@ -166,27 +163,6 @@ TEST_F(Operations, LogsForMachinesAreJsonLines) {
     EXPECT_THAT(names, UnorderedElementsAre("time", "level", "program", "message")) << line;
   }
   EXPECT_GT(lines, 2);
-}
-
-/// Of samples that no state is the DDS library complains by itself.
-TEST_F(Operations, WhatTheLibrarySaysObeysTheLogLevel) {
-  Process quiet = programs_.server("quiet.log", {"--name", "quiet", "--log-level", "off"});
-  Process tells = programs_.server("tells.log", {"--name", "tells", "--log-level", "warn"});
-  const auto stranger = dds::Participant::open(own_domain(), "stranger", {}, {}, [](const dds::PeerEvent&) {});
-  ASSERT_TRUE(stranger.ok()) << stranger.error();
-  {
-    const dds::OversizedStates states(stranger->get(), "drone");
-    for (int i = 0; i < 600 && states.readers() < 2; ++i) std::this_thread::sleep_for(100ms);
-    ASSERT_EQ(states.readers(), 2);
-    for (int i = 0; i < 40; ++i) {
-      states.write(50);
-      std::this_thread::sleep_for(50ms);
-    }
-  }
-  EXPECT_EQ(quiet.output(), "");
-  const std::string said = tells.output();
-  EXPECT_THAT(said, HasSubstr("warn"));
-  EXPECT_LE(std::count(said.begin(), said.end(), '\n'), 10) << said;
 }
 
 TEST(OperationsArguments, AnAddressThatIsNoneEndsItInWords) {

@@ -1,7 +1,8 @@
 // One end of a VPN, without its cipher: what a tun device is given goes to the other end in UDP packets, and back.
 //   tunnel --device vpn0 --port 51820 --to 10.81.2.2 --allowed 10.82.0.2
-// Like WireGuard it carries what is for an address of the other end, and comes from there: no multicast. The device is there already, with its addresses. Says "up", and when it is told to end "carried 1234 packets, the
-// largest of 1280 bytes". Exit codes: 0, 1 when something of that can't be had.
+// Like WireGuard it carries what is for an address of the other end, and comes from there: no multicast. The device is
+// there already, with its addresses. Says "up", and when it is told to end "carried 1234 packets, the largest of 1280
+// bytes". Exit codes: 0, 1 when something of that can't be had.
 
 #include <arpa/inet.h>
 #include <fcntl.h>
