@@ -32,8 +32,7 @@ Disc any_disc(Random* random, double size_m) {
   return {anywhere(random, size_m), any_turn(random) * Eigen::Vector3d::UnitZ(), random->uniform(0.02, 0.4)};
 }
 
-/// The nearest distance over a fine polar grid of the disc: at least the true one, and at most half a cell's diagonal
-/// more.
+/// The nearest over a fine polar grid of the disc: at least the true distance, and at most half a cell's diagonal more.
 double by_grid(const Disc& disc, const scene::Box& box) {
   constexpr int kRings = 60, kRays = 360;
   const Eigen::Vector3d u = disc.normal.unitOrthogonal(), v = disc.normal.cross(u);
@@ -107,8 +106,7 @@ TEST(DiscAndBox, TiltedAgainstAFaceTheRimIsNearest) {
 }
 
 TEST(DiscAndBox, GrazeExactly) {
-  // In the plane z = 0 with the corner of the post's section at the origin: nearest along the diagonal, and past the
-  // edge.
+  // In the plane z = 0 with the corner of the post's section at the origin: nearest along the diagonal.
   const double half = std::numbers::sqrt2 / 2;
   for (const double gap_m : {1e-5, 1e-3, 0.1}) {
     const Disc beside{{-(0.2 + gap_m) * half, -(0.2 + gap_m) * half, 0.0}, Eigen::Vector3d::UnitZ(), 0.2};
