@@ -53,7 +53,8 @@ TEST(HardRace, EachPartThatMovesTheVehicleFliesAnotherRaceAndTheSameAgain) {
     const bool moves = part == WorldPart::kHard || part == WorldPart::kDrift || part == WorldPart::kLag ||
                        part == WorldPart::kDrag || part == WorldPart::kInflow || part == WorldPart::kBattery ||
                        part == WorldPart::kGroundEffect || part == WorldPart::kThrustUnknown;
-    if (part != WorldPart::kJumps) EXPECT_EQ(end(flown) != easy, moves) << name;
+    if (part == WorldPart::kJumps) continue;
+    EXPECT_EQ(end(flown) != easy, moves) << name;
   }
 }
 

@@ -30,11 +30,10 @@ std::vector<Out> run(Shutter shutter, Stamp begin, Stamp span) {
 
 TEST(Shutter, WithoutErrorsAFrameIsOnePoseAndOutAtOnce) {
   const auto out = run(Shutter({}, from_seconds(1.0 / 60), 1), 10s, 1s);
-  EXPECT_EQ(out.size(), 61u);
+  EXPECT_EQ(out.size(), 60u);
   EXPECT_EQ(out.front().when, 10s);
   EXPECT_EQ(out[1].when, 10s + 17ms) << "the first whole millisecond";
   EXPECT_EQ(out[2].when, 10s + 34ms);
-  EXPECT_EQ(out[3].when, 10s + 50ms);
   for (const Out& one : out) {
     EXPECT_EQ(one.frame.count, 1u);
     EXPECT_EQ(one.frame.stamp, one.when);
