@@ -53,8 +53,8 @@ inline Gate as_passed(const World& world, const Passage& passage) {
 /// Depth camera and physics use the same ones, so what is seen is what is hit.
 std::vector<Box> frame_boxes(const Gate& gate);
 
-/// Two legs under a gate's lower corners (of a round one: at 45 degrees below its middle), upright down to the floor, of
-/// this width and as deep as the frame. None where a corner is at the floor already.
+/// Two legs under a gate's lower corners (of a round one: at 45 degrees below its middle), upright down to the floor,
+/// of this width and as deep as the frame. None where a corner is at the floor already.
 std::vector<Box> leg_boxes(const Gate& gate, double width_m, double floor_z_m);
 
 /// Everything solid except the floor: world.boxes, then the frame_boxes() of each gate in turn.

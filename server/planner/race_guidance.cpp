@@ -10,8 +10,8 @@ namespace {
 
 /// The gate passed last is out of the way beyond this distance; a larger one later, by as much as it is larger.
 constexpr double kPassedGateNear_m = 3.0;
-/// Of the room that an opening smaller than usual leaves around the vehicle, at most so much is asked for as margin, and
-/// so much in all where the field is old: rollouts have to find a way through that costs nothing, and they scatter.
+/// Of the room that an opening smaller than usual leaves around the vehicle, at most so much is asked for as margin,
+/// and so much in all where the field is old: rollouts have to find a way through that costs nothing, and they scatter.
 constexpr double kMostMargin = 0.4, kMostInAll = 0.55;
 constexpr double kDetourSwitch_m = 0.4;
 /// Of a gate whose way in is behind the vehicle: beyond its plane and no longer in it.

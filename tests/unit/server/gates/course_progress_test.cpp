@@ -85,7 +85,7 @@ TEST(CourseProgress, ACrossingOfWhatWasBelievedBeforeTheGateWasNearCounts) {
   EXPECT_TRUE(counts({0, 0, -0.9}, 0.0, {6, 0.1, 1.5})) << "slid into the room below";
   EXPECT_TRUE(counts({0, 0.5, 0}, 1.2, {6, 0.1, 1.5})) << "turned";
   EXPECT_FALSE(counts({0, 0.2, 0}, 0.0, {6, 0.1, 1.5})) << "refined: the newer word counts";
-  EXPECT_FALSE(counts({0, 0, -0.9}, 0.0, {7.0, 0.1, 1.5})) << "beside either";
+  EXPECT_FALSE(counts({0, 0, -0.9}, 0.0, {7.8, 0.1, 1.5})) << "beside either";
 }
 
 /// A gate that is passed twice along +x, and once more the other way.
