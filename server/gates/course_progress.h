@@ -11,11 +11,11 @@ namespace gatefield::gates {
 
 /// Where in the course a vehicle is, as far as the planner can know: it counts a gate as passed when the vehicle
 /// crosses the believed plane inside the believed opening in the passing direction. The referee's word is another
-/// matter. What was believed when the vehicle was last kBefore_m in front of the gate counts as well, where the
-/// belief has since moved by more than kMoved_m or turned by more than kTurned_rad: a vehicle flies through what it
-/// saw, whatever the last frames made of it. Where the same gate comes twice in a row, the second passage counts only
-/// once the vehicle was 0.2 m in front of it again: it may have come to hardly beyond the plane, and the belief of
-/// where that is moves. Thread-safe: no.   Real-time safe: all but the constructor; a copy shares the course.
+/// matter. What was believed when the vehicle was last kBefore_m before the gate counts, too, if the belief has since
+/// moved by more than kMoved_m or turned by more than kTurned_rad: a vehicle flies through what it saw. Where the same
+/// gate comes twice in a row, the second passage counts only once the vehicle was 0.2 m in front of it again: it may
+/// have come to hardly beyond the plane, and the belief of where that is moves.
+/// Thread-safe: no.   Real-time safe: all but the constructor; a copy shares the course.
 class CourseProgress {
  public:
   // Lengths are those of the usual gate (gate_size()).

@@ -22,15 +22,16 @@ struct GateMeasurement {
 ///   outlier    |c_measured - c| > 3.5 sqrt(P + R) + 0.1 m   left out; the fourth in a row within 0.35 m of the one
 ///                                                           before it is believed from then on
 ///   else       k = P / (P + R),  c += k (c_measured - c),  P *= 1 - k;  the axis likewise, with a variance of its own
-/// Near a gate less of it is in the image, and other openings look like it: the room between its legs, a gate behind
-/// it. So from nearer than kNear_m, what kEstablished measurements in a row from farther off agreed on (kFresh) is
-/// not given up: a measurement that lies more than kSlide_m from what was believed at kNear_m, or turns that axis by
-/// more than kTurn_rad, is an outlier, and however many agree, they are not believed. From farther off, outliers that
-/// would turn an established axis by more than kTurn_rad begin anew after kTurnedOutliersToRestart. Frames W and G (x
-/// through the opening); metres, radians. An axis and its opposite are the same gate; which of them is the passing
-/// direction is the measurements' to say, each with one vote. (Far away the error of a turned gate's axis can reach
-/// beyond 90 degrees from the course's direction, and the caller then names the wrong one: that first word must not
-/// last.) Thread-safe: no.   Real-time safe: yes.
+/// Near a gate less of it is in the image, and other openings look like it: the room between its legs, a gate behind.
+/// So from nearer than kNear_m, what kEstablished measurements in a row from farther off agreed on (kFresh) isn't given
+/// up: a measurement that lies more than kSlide_m from what was believed at kNear_m, or turns that axis by more than
+/// kTurn_rad, is an outlier, and however many agree, they are not believed. From farther off, outliers that would turn
+/// an established axis by more than kTurn_rad begin anew after kTurnedOutliersToRestart.
+/// Frames W and G (x through the opening); metres, radians.
+/// An axis and its opposite are the same gate; which of them is the passing direction is the measurements' to say, each
+/// with one vote. (Far away the error of a turned gate's axis can reach beyond 90 degrees from the course's direction,
+/// and the caller then names the wrong one: that first word must not last.)
+/// Thread-safe: no.   Real-time safe: yes.
 class GateEstimate {
  public:
   static constexpr double kNear_m = 2.5;

@@ -10,9 +10,9 @@ namespace {
 
 /// The gate passed last is out of the way beyond this distance; a larger one later, by as much as it is larger.
 constexpr double kPassedGateNear_m = 3.0;
-/// Of the room that the opening leaves around the vehicle, at most so much is asked for as margin, and so much more
-/// where the field is old: rollouts have to find a way through that costs nothing, and they scatter.
-constexpr double kMostMargin = 0.4, kMostExtra = 0.35;
+/// Of the room that an opening smaller than usual leaves around the vehicle, at most so much is asked for as margin,
+/// and so much in all where the field is old: rollouts have to find a way through that costs nothing, and they scatter.
+constexpr double kMostMargin = 0.4, kMostInAll = 0.55;
 constexpr double kDetourSwitch_m = 0.4;
 /// Of a gate whose way in is behind the vehicle: beyond its plane and no longer in it.
 constexpr float kJustBeyond_m = 0.01f;
@@ -110,9 +110,15 @@ PlanContext RaceGuidance::context(const PlanInput& input) noexcept {
   const Tightening care = tighten(profile_, input);
   context.speed_limit_m_s = static_cast<float>(care.speed_limit_m_s);
   const auto need_m = [&](const GateBelief& gate) {
-    const double room_m = std::max(0.0, gate.shape.inner_half_m - collision_radius_m_);
-    return static_cast<float>(collision_radius_m_ + std::min(profile_.crossing_margin_m, kMostMargin * room_m) +
-                              std::min(care.extra_clearance_m, kMostExtra * room_m));
+    const double size = gates::gate_size(gate.shape);
+    double margin_m = profile_.crossing_margin_m,
+           extra_m = size * care.extra_clearance_m;  // an old field's error: the gate's
+    if (size < 1.0) {
+      const double room_m = std::max(0.0, gate.shape.inner_half_m - collision_radius_m_);
+      margin_m = std::min(margin_m, kMostMargin * room_m);
+      extra_m = std::min(extra_m, kMostInAll * room_m - margin_m);
+    }
+    return static_cast<float>(collision_radius_m_ + margin_m + extra_m);
   };
   context.crossing_need_m = need_m(target);
   context.passed_need_m = need_m(input.passed_gate);

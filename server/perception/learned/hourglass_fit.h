@@ -16,10 +16,9 @@ struct HourglassFit {
 
 /// Centre and axis of the opening from field values alone: least squares (Levenberg-Marquardt, Huber weights) of
 ///   s_guide(X_GW p_i) against field(p_i)
-/// over a fixed cloud of points within 2.2 half-widths of the opening of `around_W`, from several starting angles
-/// about the vertical. The pose is what makes the field speak about planes and directions; it has no other source.
-/// The gate frame's x axis comes out within 90 degrees of `axis_W`; roll about it is only known up to the shape's
-/// symmetry.
+/// over a fixed cloud of points within 2.2 half-openings of `around_W`, starting at several angles about the vertical.
+/// The pose makes the field speak about planes and directions; it has no other source. The gate frame's x axis comes
+/// out within 90 degrees of `axis_W`; roll about it is only known up to the shape's symmetry.
 /// @param cone_angle_rad  of the hourglass that the field was trained with
 /// @param around_W        about where the centre is, metres
 /// @param axis_W          about the passing direction

