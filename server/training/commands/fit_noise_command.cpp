@@ -93,7 +93,7 @@ void add_fit_noise_command(CLI::App* app, int* exit_code) {
                                       "Fit the simulated sensor's noise: the measured model to plain frames without a "
                                       "gate, the first model to a recording with the truth");
   command->add_option(
-      "frames", options->frames,
+      "folder", options->frames,
       "folder of plain depth frames (16-bit PNG or .raw): the measured model, active_stereo, is fitted");
   add_frame_options(command, &options->camera);
   command
