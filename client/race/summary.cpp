@@ -10,17 +10,6 @@
 
 namespace gatefield::race {
 
-Interval wilson(std::size_t won, std::size_t trials) noexcept {
-  if (trials == 0) return {};
-  constexpr double z = 1.959963984540054;  // 97.5 % quantile of the normal distribution
-  const auto n = static_cast<double>(trials);
-  const double p = static_cast<double>(won) / n;
-  const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
-  const double half = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n);
-  // None won or all won: the formula gives the border itself, but for rounding.
-  return {won == 0 ? 0.0 : middle - half, won == trials ? 1.0 : middle + half};
-}
-
 double median_of(std::vector<double> values) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
   return quantile(std::move(values), 0.5, Between::kLinear);

@@ -9,18 +9,10 @@
 
 #include "client/race/campaign.h"
 #include "client/race/trial_result.h"
+#include "common/base/interval.h"
 
 /// What came of the trials of a cell at one speed. Thread-safe: yes.
 namespace gatefield::race {
-
-struct Interval {
-  double low = 0.0, high = 1.0;
-};
-
-/// Wilson's score interval of a share, 95 %: what shares would make `won` of `trials` no surprise (E. B. Wilson,
-/// "Probable inference, the law of succession, and statistical inference", JASA 1927, doi:10.2307/2276774). It is right
-/// for few trials and for shares near 0 and 1 too. @pre 0 <= won <= trials; no trials: 0 to 1
-Interval wilson(std::size_t won, std::size_t trials) noexcept;
 
 /// All trials of a cell at one speed.
 struct Line {

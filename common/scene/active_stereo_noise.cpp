@@ -50,7 +50,7 @@ constexpr ActiveStereoField kFields[] = {
     {"patch_area_max_px2", &Noise::patch_area_max_px2, 0.1, 1e5, "... to, evenly in its logarithm", kMeasured},
     {"speckle_probability", &Noise::speckle_probability, 0, 1, "wrong match: any depth", kMeasured},
     {"depth_scale_min", &Noise::depth_scale_min, 0.5, 2, "depth of a sensor, times: from ...",
-     "2 % of the data sheet and 1 % for its calibration"},
+     "chosen; the data sheet promises 2 % at 2 m"},
     {"depth_scale_max", &Noise::depth_scale_max, 0.5, 2, "... to", "as depth_scale_min"},
     {"readout_s", &Noise::readout_s, 0, 0.1, "from the first row to the last; 0: global shutter", kSheet},
     {"turn_rad_s", &Noise::turn_rad_s, 0, 50, "at most, about each axis, while rows are taken", kChosen},

@@ -11,6 +11,7 @@
 
 #include "common/base/progress_line.h"
 #include "server/training/commands/command.h"
+#include "server/training/commands/no_gate_command.h"
 #include "server/training/evaluation/report.h"
 #include "server/training/learn/train_loop.h"
 
@@ -47,6 +48,7 @@ void add_evaluate_command(CLI::App* app, int* exit_code) {
     std::string bundle;
     std::vector<std::string> against, data;
     std::filesystem::path out;
+    NoGateArguments no_gate;
   };
   const auto options = std::make_shared<Options>();
   EvaluateOptions& evaluation = options->evaluation;
@@ -60,7 +62,6 @@ void add_evaluate_command(CLI::App* app, int* exit_code) {
   command
       ->add_option("--data", options->data,
                    "data set of another seed than the training's; 'name=file' gives it a name; can be given again")
-      ->required()
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
@@ -87,9 +88,18 @@ void add_evaluate_command(CLI::App* app, int* exit_code) {
   command->add_option("--threads", evaluation.threads)->capture_default_str()->check(CLI::Range(1, 256));
   command->add_option("--out", options->out,
                       "folder for evaluation.txt, .md and .csv and the pictures (made when it isn't there)");
+  add_no_gate_options(command, &options->no_gate);
   command->callback([options, exit_code] {
+    if (options->data.empty() == options->no_gate.frames.empty()) {
+      *exit_code = fail("evaluate needs either --data SET or --no-gate FOLDER, and not both");
+      return;
+    }
     EvaluateOptions& wanted = options->evaluation;
     wanted.bundle = Named::parse(options->bundle);
+    if (!options->no_gate.frames.empty()) {
+      *exit_code = run_no_gate(options->no_gate, wanted.bundle, wanted.threads, wanted.seed, options->out);
+      return;
+    }
     for (const std::string& text : options->against) wanted.against.push_back(Named::parse(text));
     for (const std::string& text : options->data) wanted.datasets.push_back(Named::parse(text));
     *exit_code = run_evaluation(wanted, options->out);

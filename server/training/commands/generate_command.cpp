@@ -9,7 +9,10 @@
 #include <thread>
 
 #include "common/base/progress_line.h"
+#include "common/config/sensor_noise_file.h"
 #include "server/training/commands/command.h"
+#include "server/training/commands/frame_options.h"
+#include "server/training/data/backgrounds.h"
 #include "server/training/data/contact_sheet.h"
 #include "server/training/data/dataset.h"
 #include "server/training/data/statistics.h"
@@ -38,6 +41,42 @@ int generate_file(const std::filesystem::path& file, std::uint64_t seed, std::ui
   return 0;
 }
 
+namespace {
+
+/// `generate --backgrounds FOLDER`.
+struct BackgroundArguments {
+  std::filesystem::path frames, noise_file;
+  FrameOptions camera;
+};
+
+int generate_before(const BackgroundArguments& arguments, const std::filesystem::path& file,
+                    BackgroundOptions options) {
+  options.noise.active_stereo.emplace();
+  if (!arguments.noise_file.empty()) {
+    const auto noise = config::load_sensor_noise(arguments.noise_file);
+    if (!noise) return fail(noise.error());
+    options.noise = *noise;
+  }
+  const auto frames = find_frames(arguments.camera.folder(arguments.frames));
+  if (!frames) return fail(frames.error());
+  const auto backgrounds = load_backgrounds(*frames);
+  if (!backgrounds) return fail(backgrounds.error());
+  if (const Status made = make_folder(file.parent_path()); !made) return fail(made.error());
+  ProgressLine line("generate");
+  const Status made = generate_on_backgrounds(file, *backgrounds, options, [&](const Progress& progress) {
+    line.show(static_cast<double>(progress.done_n) / static_cast<double>(std::max<std::uint64_t>(1, progress.total_n)),
+              progress.time_left_s, fmt::format("{:.0f} samples/s", progress.rate_hz));
+    return !stop_requested;
+  });
+  if (stop_requested) return stopped("generate");
+  if (!made) return fail(made.error());
+  line.say(file.string() + ": " + std::to_string(options.count) + " samples before " +
+           std::to_string(backgrounds->measured_m.size()) + " frames, seed " + std::to_string(options.seed));
+  return 0;
+}
+
+}  // namespace
+
 void add_generate_command(CLI::App* app, int* exit_code) {
   struct Options {
     std::filesystem::path file, sheet_file;
@@ -47,6 +86,7 @@ void add_generate_command(CLI::App* app, int* exit_code) {
     int points = 0;
     double round_part = 0.0;
     bool statistics = false;
+    BackgroundArguments backgrounds;
   };
   const auto options = std::make_shared<Options>();
   auto* command = app->add_subcommand("generate", "Render a data set (continues a file that is there)");
@@ -68,9 +108,25 @@ void add_generate_command(CLI::App* app, int* exit_code) {
   command->add_flag("--statistics", options->statistics, "print what is in the set");
   command->add_option("--contact-sheet", options->sheet_file, "also write a PNG of some images");
   command->add_option("--contact-sheet-images", options->sheet)->capture_default_str()->check(CLI::Range(1, 1000));
+  command->add_option("--backgrounds", options->backgrounds.frames,
+                      "folder of plain depth frames without a gate (16-bit PNG or .raw): gates are rendered into them");
+  command->add_option("--noise", options->backgrounds.noise_file,
+                      "with --backgrounds: the sensor's noise on the gates, a file of fit-noise; not given: a D435's");
+  add_frame_options(command, &options->backgrounds.camera);
   command->callback([options, exit_code] {
-    *exit_code = generate_file(options->file, options->seed, options->samples, options->threads, options->points,
-                               options->round_part);
+    if (options->backgrounds.frames.empty()) {
+      *exit_code = generate_file(options->file, options->seed, options->samples, options->threads, options->points,
+                                 options->round_part);
+    } else if (options->points > 0) {
+      *exit_code = fail("--points and --backgrounds are both given, expected one: points are drawn at every pass");
+    } else {
+      *exit_code = generate_before(options->backgrounds, options->file,
+                                   {.seed = options->seed,
+                                    .count = options->samples,
+                                    .threads = options->threads,
+                                    .round_part = options->round_part,
+                                    .noise = {}});
+    }
     if (*exit_code != 0 || (options->sheet_file.empty() && !options->statistics)) return;
     const auto dataset = Dataset::open(options->file);
     if (!dataset) {

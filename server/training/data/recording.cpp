@@ -111,6 +111,44 @@ class Table {
   std::vector<Row> rows_;
 };
 
+Result<std::vector<RecordedGate>> read_gates(const fs::path& file) {
+  auto needed = Table::pose_columns("WG");
+  for (const char* name : {"inner_half_m", "outer_half_m", "thickness_m"}) needed.emplace_back(name);
+  const auto table = Table::read(file, needed);
+  if (!table) return table.failure();
+  std::vector<RecordedGate> gates;
+  for (std::size_t row = 0; row < table->size(); ++row) {
+    RecordedGate gate;
+    const auto X_WG = table->pose(row, "WG");
+    if (!X_WG) return X_WG.failure();
+    gate.X_WG = *X_WG;
+    const auto inner = table->value(row, "inner_half_m");
+    if (!inner) return inner.failure();
+    const auto outer = table->value(row, "outer_half_m");
+    if (!outer) return outer.failure();
+    const auto thickness = table->value(row, "thickness_m");
+    if (!thickness) return thickness.failure();
+    gate.shape.inner_half_m = *inner;
+    gate.shape.outer_half_m = *outer;
+    gate.shape.thickness_m = *thickness;
+    if (table->has("opening")) {
+      const std::string& opening = table->text(row, "opening");
+      if (opening != "square" && opening != "round")
+        return at_line(file, table->line(row), "opening is '" + opening + "', expected square or round");
+      gate.shape.opening = opening == "round" ? GateShape::Opening::kRound : GateShape::Opening::kSquare;
+    }
+    if (const Status valid = validate(gate.shape); !valid) return at_line(file, table->line(row), valid.error());
+    gates.push_back(gate);
+  }
+  return gates;
+}
+
+}  // namespace
+
+Error at_line(const std::filesystem::path& file, std::size_t line, const std::string& what) {
+  return Error(file.string() + " line " + std::to_string(line) + ": " + what, ErrorCode::kUnreadable);
+}
+
 Result<RecordedCamera> read_camera(const fs::path& file) {
   std::ifstream in(file);
   if (!in) return Error{file.string() + " can't be opened"};
@@ -164,44 +202,6 @@ Result<RecordedCamera> read_camera(const fs::path& file) {
   return camera;
 }
 
-Result<std::vector<RecordedGate>> read_gates(const fs::path& file) {
-  auto needed = Table::pose_columns("WG");
-  for (const char* name : {"inner_half_m", "outer_half_m", "thickness_m"}) needed.emplace_back(name);
-  const auto table = Table::read(file, needed);
-  if (!table) return table.failure();
-  std::vector<RecordedGate> gates;
-  for (std::size_t row = 0; row < table->size(); ++row) {
-    RecordedGate gate;
-    const auto X_WG = table->pose(row, "WG");
-    if (!X_WG) return X_WG.failure();
-    gate.X_WG = *X_WG;
-    const auto inner = table->value(row, "inner_half_m");
-    if (!inner) return inner.failure();
-    const auto outer = table->value(row, "outer_half_m");
-    if (!outer) return outer.failure();
-    const auto thickness = table->value(row, "thickness_m");
-    if (!thickness) return thickness.failure();
-    gate.shape.inner_half_m = *inner;
-    gate.shape.outer_half_m = *outer;
-    gate.shape.thickness_m = *thickness;
-    if (table->has("opening")) {
-      const std::string& opening = table->text(row, "opening");
-      if (opening != "square" && opening != "round")
-        return at_line(file, table->line(row), "opening is '" + opening + "', expected square or round");
-      gate.shape.opening = opening == "round" ? GateShape::Opening::kRound : GateShape::Opening::kSquare;
-    }
-    if (const Status valid = validate(gate.shape); !valid) return at_line(file, table->line(row), valid.error());
-    gates.push_back(gate);
-  }
-  return gates;
-}
-
-}  // namespace
-
-Error at_line(const std::filesystem::path& file, std::size_t line, const std::string& what) {
-  return Error(file.string() + " line " + std::to_string(line) + ": " + what, ErrorCode::kUnreadable);
-}
-
 Result<Recording> read_recording(const fs::path& folder) {
   if (!fs::is_directory(folder)) return Error{"recording " + folder.string() + " is not a folder"};
   Recording recording;
@@ -241,41 +241,49 @@ Result<Recording> read_recording(const fs::path& folder) {
   return recording;
 }
 
-Result<std::vector<float>> read_depth(const Recording& recording, const RecordedFrame& frame) {
-  const CameraModel& camera = recording.camera.model;
+Result<std::vector<float>> read_depth_png(const fs::path& file, const RecordedCamera& camera) {
+  const auto wrong = [&](const std::string& what) {
+    return Error("the image " + file.string() + " " + what, ErrorCode::kUnreadable);
+  };
   cv::Mat image;
   try {
-    image = cv::imread(frame.image.string(), cv::IMREAD_UNCHANGED);
+    image = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {
     image = cv::Mat();
   }
-  const fs::path poses = recording.folder / "poses.csv";
-  if (image.empty())
-    return at_line(poses, frame.line, "the image " + frame.image.string() + " can't be read, expected a PNG");
+  if (image.empty()) return wrong("can't be read, expected a PNG");
   if (image.type() != CV_16UC1) {
-    return at_line(poses, frame.line,
-                   "the image " + frame.image.string() + " has " + std::to_string(image.channels()) +
-                       " channel(s) of " + std::to_string(8 * image.elemSize1()) + " bits, expected one of 16 bits");
+    return wrong("has " + std::to_string(image.channels()) + " channel(s) of " + std::to_string(8 * image.elemSize1()) +
+                 " bits, expected one of 16 bits");
   }
-  if (image.cols != camera.width_px || image.rows != camera.height_px) {
-    return at_line(poses, frame.line,
-                   "the image " + frame.image.string() + " is " + std::to_string(image.cols) + " x " +
-                       std::to_string(image.rows) + " pixels, expected " + std::to_string(camera.width_px) + " x " +
-                       std::to_string(camera.height_px) + " as in camera.txt");
+  if (image.cols != camera.model.width_px || image.rows != camera.model.height_px) {
+    return wrong("is " + std::to_string(image.cols) + " x " + std::to_string(image.rows) + " pixels, expected " +
+                 std::to_string(camera.model.width_px) + " x " + std::to_string(camera.model.height_px) +
+                 " as in camera.txt");
   }
   std::vector<float> depth_m(static_cast<std::size_t>(image.cols) * static_cast<std::size_t>(image.rows));
-  const auto unit_m = static_cast<float>(recording.camera.unit_m);
-  const auto nearest_m = static_cast<float>(camera.min_depth_m);
-  const auto farthest_m = static_cast<float>(camera.max_depth_m);
+  const auto unit_m = static_cast<float>(camera.unit_m);
   for (int v = 0; v < image.rows; ++v) {
     const auto* row = image.ptr<std::uint16_t>(v);
     for (int u = 0; u < image.cols; ++u) {
-      const float z_m = unit_m * static_cast<float>(row[u]);
       depth_m[static_cast<std::size_t>(v) * static_cast<std::size_t>(image.cols) + static_cast<std::size_t>(u)] =
-          z_m >= nearest_m && z_m <= farthest_m ? z_m : 0.0f;
+          unit_m * static_cast<float>(row[u]);
     }
   }
   return depth_m;
+}
+
+Result<std::vector<float>> read_depth(const Recording& recording, const RecordedFrame& frame) {
+  auto depth_m = read_depth_png(frame.image, recording.camera);
+  if (!depth_m) return at_line(recording.folder / "poses.csv", frame.line, depth_m.error());
+  cut_to_range(recording.camera.model, &depth_m.value());
+  return depth_m;
+}
+
+void cut_to_range(const CameraModel& camera, std::vector<float>* depth_m) {
+  const auto nearest_m = static_cast<float>(camera.min_depth_m);
+  const auto farthest_m = static_cast<float>(camera.max_depth_m);
+  for (float& z_m : *depth_m) z_m = z_m >= nearest_m && z_m <= farthest_m ? z_m : 0.0f;
 }
 
 }  // namespace gatefield::training

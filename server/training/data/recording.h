@@ -41,6 +41,16 @@ struct Recording {
 /// Reads all but the images, which have to be there. Errors: file, line, value and what was expected.
 Result<Recording> read_recording(const std::filesystem::path& folder);
 
+/// camera.txt (import.h). Errors: file, line, value and what was expected.
+Result<RecordedCamera> read_camera(const std::filesystem::path& file);
+
+/// z-depth in metres, row-major, whatever the camera's range; 0 = no return.
+/// Errors: no 16-bit grey PNG, another size than the camera's.
+Result<std::vector<float>> read_depth_png(const std::filesystem::path& file, const RecordedCamera& camera);
+
+/// What lies outside of the camera's range is 0.
+void cut_to_range(const CameraModel& camera, std::vector<float>* depth_m);
+
 /// z-depth in metres, row-major in the recording's camera; 0 where there is none or outside of its range.
 /// Errors: no 16-bit grey PNG, another size than camera.txt's.
 Result<std::vector<float>> read_depth(const Recording& recording, const RecordedFrame& frame);

@@ -263,8 +263,12 @@ Scenario draw_scenario(const CameraModel& camera, Random* random, const SceneOpt
     if (gate.X_WG.translation().z() < lowest_m) gate.X_WG.translation().z() = lowest_m;
     if (random->chance(0.5)) add_stand(gate, floor_z_m, random, &world.boxes);
   }
-  if (random->chance(0.7)) add_room(floor_z_m, random, &world.boxes);
-  add_clutter(floor_z_m, world.gates, random, &world.boxes);
+  if (options.alone) {
+    world.has_floor = false;
+  } else {
+    if (random->chance(0.7)) add_room(floor_z_m, random, &world.boxes);
+    add_clutter(floor_z_m, world.gates, random, &world.boxes);
+  }
   if (random->chance(gate_free ? 0.5 : 0.18)) {
     std::vector<scene::Gate> wrong;
     add_wrong_gates(world.gates, random, &wrong);

@@ -23,6 +23,7 @@ struct Scenario {
 
 struct SceneOptions {
   double round_part = 0.0;  ///< of the gates, those of the wrong size too: 0 (all square) to 1 (all round)
+  bool alone = false;       ///< gates and their stands alone, what is around them comes from elsewhere
 };
 
 /// Draws gates, stands, rooms, clutter and a camera pose all over the approach volume at racing attitudes; about a

@@ -63,10 +63,10 @@ Result<std::unique_ptr<Observer>> Observer::create(const model::Bundle& bundle) 
   return std::unique_ptr<Observer>(new Observer(bundle, std::move(encoder).value()));
 }
 
-std::optional<perception::Encoding> Observer::encode(std::span<const float> image_m,
+std::optional<perception::Encoding> Observer::encode(std::span<const float> image_m, const CameraModel& camera,
                                                      const std::optional<Eigen::Vector3d>& prior_C) {
   const auto begun = Clock::now();
-  auto encoding = encoder_->encode(image_m, dataset_camera(), prior_C);
+  auto encoding = encoder_->encode(image_m, camera, prior_C);
   const double spent_ms = std::chrono::duration<double, std::milli>(Clock::now() - begun).count();
   (prior_C ? prior_ms : first_ms).push_back(spent_ms);
   return encoding;
@@ -94,7 +94,7 @@ std::optional<Observer::Pose> Observer::fit(const perception::Encoding& encoding
                                                level_camera() * begin_C, Eigen::Vector3d::UnitX());
   if (!found.ok) return std::nullopt;
   return Pose{level_camera().inverse() * found.X_WG.translation(),
-              level_camera().linear().transpose() * found.X_WG.linear().col(0)};
+              level_camera().linear().transpose() * found.X_WG.linear().col(0), found.rms_m};
 }
 
 Measured Observer::measure(std::span<const float> image_m, const SampleView& sample, const GateLabel& gate,

@@ -38,12 +38,17 @@ class Observer {
   bool knows_center() const noexcept { return bundle_->manifest().encoder_kind == "two_look"; }
 
   std::optional<perception::Encoding> encode(std::span<const float> image_m,
+                                             const std::optional<Eigen::Vector3d>& prior_C) {
+    return encode(image_m, dataset_camera(), prior_C);
+  }
+  std::optional<perception::Encoding> encode(std::span<const float> image_m, const CameraModel& camera,
                                              const std::optional<Eigen::Vector3d>& prior_C);
 
   /// Centre and axis from the field alone, in the camera frame; empty when the field shows no gate.
   /// @param around_C  where to begin when the bundle doesn't know a centre
   struct Pose {
     Eigen::Vector3d center_C, axis_C;
+    double rms_m = 0.0;  ///< of field minus hourglass
   };
   std::optional<Pose> fit(const perception::Encoding& encoding, const GateShape& shape,
                           const Eigen::Vector3d& around_C);
