@@ -18,8 +18,8 @@ namespace gatefield::training {
 struct FrameFolder {
   std::filesystem::path folder;
   std::filesystem::path camera_file = {};  ///< empty: camera.txt of the folder
-  /// fx fy cx cy in pixels of the images, the first pixel's centre at 0.5; in place of a file. Sizes come from the first
-  /// PNG then, millimetres are taken for granted.
+  /// fx fy cx cy in pixels of the images, the first pixel's centre at 0.5; in place of a file. Sizes come from the
+  /// first PNG then, millimetres are taken for granted.
   std::optional<std::array<double, 4>> intrinsics_px = std::nullopt;
 };
 

@@ -24,8 +24,8 @@ struct PlainFit {
   FrameStatistics drawn;  ///< the fitted noise over estimate_surfaces() of the same frames
 };
 
-/// - clouds, white, both radii: the moments of flat windows (flat_windows.h) as a sum of what white noise and two fields
-///   of unit variance have there, each measured on drawn fields; least squares with no negative part, in relative
+/// - clouds, white, both radii: the moments of flat windows (flat_windows.h) as a sum of what white noise and two
+///   fields of unit variance have there, each measured on drawn fields; least squares with no negative part, in relative
 ///   errors, by distance; the pair of radii that explains all distances best. Gains: spread of the frames around that.
 /// - step: the largest number that 1 / z of most pixels is a multiple of
 /// - edges: how often jumps have holes, by their height, against a logistic curve; widths, band and shadow: medians and
