@@ -47,7 +47,7 @@ const scene::DepthImage& DepthSensor::capture(std::span<const Eigen::Isometry3d>
   moments_.resize(X_WB.size());
   surfaces_.resize(X_WB.size());
   for (std::size_t i = 0; i < X_WB.size(); ++i)
-    renderer_->render(camera_, X_WB[i] * camera_.X_BC, &moments_[i], &surfaces_[i]);
+    renderer_->render(scene::rendered_camera(noise_, camera_), X_WB[i] * camera_.X_BC, &moments_[i], &surfaces_[i]);
   merge_exposure(moments_, surfaces_, camera_.fx_px, noise_.baseline_m, &clean_, &surface_);
   scene::apply_noise(noise_, camera_, clean_, surface_, &random_, &noisy_);
   return noisy_;
