@@ -69,8 +69,7 @@ TEST(Profile, ItsTextHoldsEveryFieldAndGivesTheSameProfile) {
   EXPECT_EQ(again->progress_metric, profile.progress_metric);
   for (const IntegerField& field : kIntegerFields) EXPECT_EQ((*again).*field.member, profile.*field.member);
   for (const SwitchField& field : kSwitchFields) EXPECT_EQ((*again).*field.member, profile.*field.member);
-  for (const NumberField& field : kNumberFields)
-    EXPECT_EQ((*again).*field.member, profile.*field.member) << field.name;
+  for (const NumberField& field : kNumberFields) EXPECT_EQ((*again).*field.member, profile.*field.member) << field.name;
 }
 
 TEST(Profile, NoNameStandsTwiceInTheTables) {
