@@ -37,6 +37,7 @@ class Line {
       const float after =
           k + 2 < count && d_px_[i + 2 * stride] > 0.0f ? std::abs(there - d_px_[i + 2 * stride]) : 0.0f;
       const float jump = std::abs(here - there) - std::min({before, after, kSlope_px});
+      if (jump < kJump_px) continue;
       const auto probability =
           static_cast<float>(1.0 / (1.0 + std::exp((noise_.edge_step_px - jump) / noise_.edge_slope_px)));
       if (uniform_of(draws_.ragged[i]) >= probability) continue;

@@ -14,15 +14,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kBorder = 0.02;  // in parts of the range
+
 plot::Table fields_table(const Space& space, const Point& found) {
   plot::Table table;
   table.title = "What was looked for";
   table.columns = {"field", "base", "found", "from", "to", "scale"};
+  std::string at_border;
   for (std::size_t i = 0; i < space.size(); ++i) {
     const Dimension& d = space.dimensions()[i];
     table.rows.push_back({d.name, space.value(space.start(), i), space.value(found, i), fmt::format("{:.4g}", d.min),
                           fmt::format("{:.4g}", d.max), d.logarithmic ? "logarithmic" : "linear"});
+    if (found[i] <= kBorder || found[i] >= 1.0 - kBorder) at_border += (at_border.empty() ? "" : ", ") + d.name;
   }
+  if (!at_border.empty()) table.note = "At the border of its range, which may have been too narrow: " + at_border + ".";
   return table;
 }
 

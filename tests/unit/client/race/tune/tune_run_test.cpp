@@ -121,6 +121,14 @@ TEST_F(TuneRunTest, FindsABetterProfileAndSaysSo) {
   EXPECT_TRUE(last_.comparing);
 }
 
+TEST_F(TuneRunTest, AValueThatEndsAtItsBorderIsNamed) {
+  tune_.fields[0].min = 0.9;  // 0.3 would be best
+  tune_.budget.trials = 28 * 12 + 24;
+  const TuneSummary summary = run("out");
+  ASSERT_EQ(summary.error, "");
+  EXPECT_THAT(summary.text, HasSubstr("At the border of its range, which may have been too narrow: temperature."));
+}
+
 TEST_F(TuneRunTest, StoppedAnywhereItGoesOnToTheSameResult) {
   ASSERT_EQ(run("whole").error, "");
   const std::string trace = file("whole/trace.csv"), profile = file("whole/profiles/lab-tuned.txt"),
