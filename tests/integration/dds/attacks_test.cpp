@@ -302,11 +302,17 @@ TEST_F(Attacks, AForgedGoodbyeOfAParticipantIsLeftOut) {
   }));
   Bystander bystander;
   ASSERT_TRUE(within_5s([&] { return bystander.met(victim) && bystander.met(server); }));
-  expect_unharmed(fly(victim_.get(), [&](std::uint64_t) {
+  std::int64_t sequence = 1000;
+  const auto say_goodbye = [&] {
+    ++sequence;
     for (const ParticipantId& one : {victim, server})
-      if (!bystander.missed(one)) send_to_all(goodbye_of(one));
-  }));
-  EXPECT_TRUE(bystander.missed(victim) && bystander.missed(server)) << "the library alone believes it";
+      if (!bystander.missed(one)) send_to_all(goodbye_of(one, sequence));
+  };
+  expect_unharmed(fly(victim_.get(), [&](std::uint64_t) { say_goodbye(); }));
+  EXPECT_TRUE(within_5s([&] {
+    say_goodbye();
+    return bystander.missed(victim) && bystander.missed(server);
+  })) << "the library alone believes it";
 }
 
 TEST_F(Attacks, SamplesTooLargeFillNoLog) {

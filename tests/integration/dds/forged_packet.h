@@ -46,10 +46,10 @@ inline PacketBytes plain_state(const eprosima::fastrtps::rtps::GUID_t& writer, c
   return in_the_name_of(sender, packet.end().bytes());
 }
 
-/// A participant's word that it goes.
-inline PacketBytes goodbye_of(const ParticipantId& participant) {
+/// A participant's word that it goes. @param sequence  of its announcements; one that was heard is not heard again
+inline PacketBytes goodbye_of(const ParticipantId& participant, std::int64_t sequence) {
   test::RtpsPacket packet;
-  packet.begin(0x15, 2 | 8).u16(0).u16(16).u32(0).u32(0xc2000100).sequence(1'000);
+  packet.begin(0x15, 2 | 8).u16(0).u16(16).u32(0).u32(0xc2000100).sequence(sequence);
   const auto its_guid = [&] {
     for (const std::uint8_t byte : participant.bytes) packet.u8({byte});
     packet.u8({0, 0, 1, 0xc1});
