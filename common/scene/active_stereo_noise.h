@@ -87,7 +87,8 @@ ActiveStereoNoise::Cloud cloud_at(const ActiveStereoNoise& noise, double z_m) no
 ///  2. near surfaces grow over far ones by fatten_px
 ///  3. where d spans less than smooth_below_px within smooth_window_px, it is blurred: small jumps become ramps
 ///  4. d += gain (a1(z) G1 + a2(z) G2 + white); G of draw_field(), radii times s; then whole steps
-///  5. a jump of D px has a hole with probability 1 / (1 + exp((edge_step - D) / edge_slope)), on its far side
+///  5. a jump of D px, after what the surfaces beside it slope, has a hole on its far side with probability
+///     1 / (1 + exp((edge_step - D) / edge_slope)); below 0.5 px it is none
 ///  6. what the second imager can't see, shadow_extra +- shadow_sigma longer; what lies left of its image:
 ///     u < d + band +- band_sigma
 ///  7. patches on slanting and dark surfaces, wrong matches, lost rows
