@@ -1,0 +1,44 @@
+#include "client/python/extension/process.h"
+
+#include <pthread.h>
+
+#include <mutex>
+
+#include "client/python/extension/refusal.h"
+
+namespace gatefield::python {
+namespace {
+
+std::atomic<bool> network_used{false};
+std::atomic<bool> child_without_network{false};
+
+}  // namespace
+
+void require_main_interpreter() {
+  if (PyInterpreterState_Get() == PyInterpreterState_Main()) return;
+  PyErr_SetString(PyExc_ImportError,
+                  "gatefield is imported in a sub-interpreter, expected the main one: its network threads are one set "
+                  "for the whole process; use threads, which run beside each other while they wait, or processes");
+  throw pybind11::error_already_set();
+}
+
+void use_network() {
+  require_main_interpreter();
+  if (forked())
+    refuse(
+        Error("this process was forked from one that had used gatefield's network, whose threads stayed there; "
+              "expected a process of its own: fork before the first connect(), or use "
+              "multiprocessing.get_context('spawn')",
+              ErrorCode::kUnsupported));
+  static std::once_flag once;
+  std::call_once(once, [] {
+    pthread_atfork(nullptr, nullptr, [] {
+      if (network_used) child_without_network = true;
+    });
+  });
+  network_used = true;
+}
+
+bool forked() noexcept { return child_without_network; }
+
+}  // namespace gatefield::python
