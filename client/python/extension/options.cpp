@@ -74,7 +74,7 @@ CameraModel to_camera(py::handle object) {
   const auto X_BC = to_array(fields.get("X_BC"), fields.path("X_BC"), {4, 4});
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> matrix(X_BC.data());
   if (matrix.row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-    refuse(Error::invalid(fields.path("X_BC"), std::string(py::str(X_BC)), "a last row of (0, 0, 0, 1)"));
+    refuse(Error::invalid(fields.path("X_BC"), std::string(py::str(fields.get("X_BC"))), "a last row of (0, 0, 0, 1)"));
   camera.X_BC.matrix() = matrix;
   camera.metres_per_count = fields.number("metres_per_count");
   camera.distortion_model = static_cast<CameraModel::Distortion>(fields.choice("distortion_model", kDistortions));

@@ -1,7 +1,10 @@
 #include "client/python/extension/process.h"
 
 #include <pthread.h>
+#include <unistd.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <mutex>
 
 #include "client/python/extension/refusal.h"
@@ -11,6 +14,12 @@ namespace {
 
 std::atomic<bool> network_used{false};
 std::atomic<bool> child_without_network{false};
+
+/// Of a forked child, when Python has ended: the middleware's own end would wait for threads that are not there.
+void end_without_middleware(int status, void*) {
+  std::fflush(nullptr);
+  _exit(status);
+}
 
 }  // namespace
 
@@ -33,7 +42,9 @@ void use_network() {
   static std::once_flag once;
   std::call_once(once, [] {
     pthread_atfork(nullptr, nullptr, [] {
-      if (network_used) child_without_network = true;
+      if (!network_used) return;
+      child_without_network = true;
+      on_exit(end_without_middleware, nullptr);
     });
   });
   network_used = true;

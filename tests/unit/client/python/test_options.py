@@ -79,7 +79,7 @@ def test_files_by_short_name_and_path(tmp_path):
     assert gatefield.Vehicle.load("racer-rates").actuation.kind == "body_rates"
 
     broken = tmp_path / "course.txt"
-    broken.write_text("laps: 3\nclosed: maybe\n")
+    broken.write_text("laps: 3\nclosed: true laps: many laps: 3\n")
     with pytest.raises(gatefield.Unreadable) as caught:
         gatefield.Course.load(broken)
     assert caught.value.file == str(broken) and caught.value.line == 2
