@@ -43,14 +43,12 @@ py::list find_servers(const py::object& domain, const py::object& wait, const py
 PYBIND11_MODULE(_gatefield, module) {
   using namespace gatefield;
   using namespace gatefield::python;
-  require_main_interpreter();
   module.attr("__version__") = GATEFIELD_VERSION;
   module.attr("WIRE_VERSION") = protocol::kVersion;
   bind_results(&module);
   bind_client(&module);
   bind_files(&module);
   module.def("find_servers", &find_servers);
-  module.def("require_main_interpreter", &require_main_interpreter);
   module.def("default_quadrotor", [] { return arguments(QuadrotorModel{}); });
   module.def("default_actuation", [] { return arguments(Actuation{}); });
   module.def("default_camera", [] { return arguments(default_camera()); });

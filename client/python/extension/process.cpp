@@ -23,16 +23,7 @@ void end_without_middleware(int status, void*) {
 
 }  // namespace
 
-void require_main_interpreter() {
-  if (PyInterpreterState_Get() == PyInterpreterState_Main()) return;
-  PyErr_SetString(PyExc_ImportError,
-                  "gatefield is imported in a sub-interpreter, expected the main one: its network threads are one set "
-                  "for the whole process; use threads, which run beside each other while they wait, or processes");
-  throw pybind11::error_already_set();
-}
-
 void use_network() {
-  require_main_interpreter();
   if (forked())
     refuse(
         Error("this process was forked from one that had used gatefield's network, whose threads stayed there; "

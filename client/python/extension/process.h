@@ -7,14 +7,11 @@
 #include <functional>
 #include <future>
 
-/// What a Python process does to a client: signals, forks, sub-interpreters. All of it is called with the GIL held.
+/// What a Python process does to a client: signals and forks. All of it is called with the GIL held.
 namespace gatefield::python {
 
-/// Raises ImportError in a sub-interpreter: the middleware's threads and the types here are one for the whole process.
-void require_main_interpreter();
-
-/// As require_main_interpreter(), and refuses in a process that was forked from one that had used the network: the
-/// middleware's threads stayed in the parent. Else from now on the network is in use.
+/// Refuses in a process that was forked from one that had used the network: the middleware's threads stayed in the
+/// parent. Else from now on the network is in use.
 void use_network();
 /// True in such a process, where nothing of the network may even be closed.
 bool forked() noexcept;

@@ -11,9 +11,11 @@
 Frames: world ENU, z up; body FLU; camera optical. SI units. Stamps and periods are integers, nanoseconds.
 """
 
-from . import _gatefield
+from ._process import require_main_interpreter
 
-_gatefield.require_main_interpreter()
+require_main_interpreter()  # before the extension, whose set-up would wait for the main interpreter's lock for ever
+
+from . import _gatefield
 
 from ._gatefield import (IdentifiedDrive, Plan, PlannerHealth, Problem, ProblemChange, Server, Session, SessionChange,
                          Setpoint, Statistics, Telemetry)
