@@ -183,35 +183,41 @@ class DdsClient final : public Client, private dds::ClientHandler {
                                                              std::chrono::milliseconds timeout) override {
     const Stamp start = wall_now();
     const Stamp deadline = start + timeout;
-    Stamp next_state = start + kResendState;
-    Stamp next_depth = start + kResendDepth;
     std::unique_lock lock(mutex_);
+    // Who waits in short turns, to look at something else between them, sends again as if it had been one.
+    Waited due = waited_;
+    if (due.sequence != state_sequence) due = {state_sequence, start + kResendState, start + kResendDepth};
+    const auto keep_due = [&] {
+      if (state_sequence >= waited_.sequence) waited_ = due;
+    };
+    keep_due();
     const auto answered = [&] { return command_valid_ && command_.answers_sequence == state_sequence; };
     while (!answered()) {
       const Stamp now = wall_now();
       if (now >= deadline) return std::nullopt;
-      if (now < next_state) {
-        changed_.wait_for(lock, std::min(next_state, deadline) - now);
+      if (now < due.next_state) {
+        changed_.wait_for(lock, std::min(due.next_state, deadline) - now);
         continue;
       }
       const bool taken_over = logic_.on_state_sent(now);
       if (taken_over) adopted();
       const bool new_session = taken_over || logic_.session().session != frame_session_.load();
       const std::uint64_t session = logic_.session().session;
-      const bool due = logic_.request_due(now);
+      const bool ask = logic_.request_due(now);
       protocol::SessionRequest again;
-      if (due) again = request(logic_.request());
+      if (ask) again = request(logic_.request());
       lock.unlock();
-      if (due) static_cast<void>(endpoint_->publish(again));
+      if (ask) static_cast<void>(endpoint_->publish(again));
       // A server that is new to us has never seen the frame that the state names, and one that was slow to match may
       // have missed it.
-      if (new_session || now >= next_depth) {
+      if (new_session || now >= due.next_depth) {
         resend_depth(session);
-        next_depth = now + kResendDepth;
+        due.next_depth = now + kResendDepth;
       }
       resend_state(session, state_sequence);
-      next_state = now + kResendState;
+      due.next_state = now + kResendState;
       lock.lock();
+      keep_due();
     }
     return command_;
   }
@@ -431,6 +437,12 @@ class DdsClient final : public Client, private dds::ClientHandler {
     Stamp when{0};
   };
 
+  /// The newest wait for an answer: when state and depth are due again.
+  struct Waited {
+    std::uint64_t sequence = 0;
+    Stamp next_state{0}, next_depth{0};
+  };
+
   const Options options_;
   std::atomic<std::uint64_t> packets_dropped_{0};
 
@@ -442,6 +454,7 @@ class DdsClient final : public Client, private dds::ClientHandler {
   bool command_fresh_ = false;
   std::optional<protocol::Telemetry> telemetry_;
   ProblemWatch problems_;
+  Waited waited_;
   std::array<Sent, 1024> sent_{};  // when each state went out, by its sequence
   std::uint64_t last_answered_ = 0;
   Stamp newest_round_trip_{0};  // by the wall clock; in lockstep played_after_ is told instead

@@ -48,6 +48,18 @@ gatefield_package(sdk gatefield-sdk-dev libdevel "libfastrtps-dev, libfastcdr-de
 gatefield_package(data gatefield-models science ""
   "trained models, courses and vehicles for Gatefield"
   "Networks that see gates in depth images, planner profiles, courses, vehicles\nand scenarios.")
+if(GATEFIELD_BUILD_PYTHON)
+  # The extension is of one version of Python.
+  string(REGEX MATCH "^[0-9]+\\.[0-9]+" this_python "${Python3_VERSION}")
+  string(REGEX REPLACE "^[0-9]+\\." "" minor "${this_python}")
+  math(EXPR next_minor "${minor} + 1")
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  gatefield_package(python python3-gatefield python "python3 (>= ${this_python}), python3 (<< 3.${next_minor}), python3-numpy, ${same_version}"
+    "Python client of a Gatefield planning server"
+    "Sends depth images and vehicle states as NumPy arrays, gets plans back, and\nplays them out.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+    "${PROJECT_SOURCE_DIR}/deploy/debian/python/postinst;${PROJECT_SOURCE_DIR}/deploy/debian/python/prerm")
+endif()
 set(CPACK_DEBIAN_DATA_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_DATA_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_SDK_PACKAGE_SHLIBDEPS OFF)

@@ -9,7 +9,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
 if grep -rl --include=cmake_install.cmake 'STREQUAL "Unspecified"' "$build"/{common,server,client} 2>/dev/null; then
-  echo "An install() of these folders names no COMPONENT, expected server, simulator, tools, training, sdk or data."
+  echo "An install() of these folders names no COMPONENT, expected server, simulator, tools, training, sdk, python or data."
   failed=1
 fi
 

@@ -281,6 +281,17 @@ TEST(Fly, NoAnswerEndsTheWait) {
   EXPECT_LT(took, 1000ms);
 }
 
+TEST(Fly, WhoWaitsInShortTurnsSendsTheFrameAgain) {
+  ScriptedServer server("planner-1", accept_as(50),
+                        [](const protocol::VehicleState&) { return std::optional<protocol::ThrustRateCommand>(); });
+  auto client = must_connect();
+  client->send_depth_counts(1s, std::vector<std::uint16_t>(160 * 90, 3000));
+  ASSERT_TRUE(server.wait([&] { return !server.frames.empty(); }));
+  const std::uint64_t sequence = client->send_state(1s, test::good_state().state);
+  for (int turn = 0; turn < 10; ++turn) EXPECT_FALSE(client->wait_for_answer(sequence, 50ms).has_value());
+  EXPECT_TRUE(server.wait([&] { return server.frames.size() > 1; }));
+}
+
 TEST(Fly, PlaysThePlanThenFallsBack) {
   ScriptedServer server("planner-1", accept_as(50), answer);
   auto client = must_connect();
