@@ -60,6 +60,7 @@ void Watch::look() {
   if (found.well) manager_.alive(found.words);
   if (found.well != was_well_) found.well ? log::info("well again: " + found.words) : log::error(found.words);
   was_well_ = found.well;
+  memory_.look(*parts_.service->figures());
 }
 
 operations::Health Watch::health() const {

@@ -11,6 +11,7 @@
 #include "server/operations/http_pages.h"
 #include "server/operations/metrics.h"
 #include "server/operations/service_manager.h"
+#include "server/operations/spare_memory.h"
 #include "server/service/service.h"
 
 namespace gatefield::app {
@@ -44,6 +45,7 @@ class Watch {
 
   const Parts parts_;
   operations::ServiceManager manager_;
+  operations::SpareMemory memory_;
   std::unique_ptr<operations::HttpPages> pages_;
   bool was_well_ = true;
 };
