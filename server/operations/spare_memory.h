@@ -8,9 +8,9 @@
 
 namespace gatefield::operations {
 
-/// Gives what the heap keeps free back to the system once nobody flies: sessions of many sizes come and go for weeks, and
-/// what they leave between the blocks of others would stay the server's. While somebody flies nothing is given back,
-/// since other threads that allocate wait for it (a millisecond or so).
+/// Gives what the heap keeps free back to the system once nobody flies: sessions of many sizes come and go for weeks,
+/// and what they leave between the blocks of others would stay the server's. While somebody flies nothing is given
+/// back, since other threads that allocate wait for it (a millisecond or so).
 /// Memory that is locked (--realtime) stays: the kernel gives none of it back.
 /// Thread-safe: no.   Real-time safe: no.
 class SpareMemory {

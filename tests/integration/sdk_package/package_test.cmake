@@ -14,14 +14,18 @@ if(SANITIZE)  # the installed libraries need the runtime that they were compiled
 endif()
 function(configure source build more_flags)
   run("Configuring ${source}" ${CMAKE_COMMAND} -S ${source} -B ${WORK}/${build} -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
-      -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${WORK}/prefix "-DCMAKE_CXX_FLAGS=${flags} ${more_flags}")
+      -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix} "-DCMAKE_CXX_FLAGS=${flags} ${more_flags}")
 endfunction()
 
 file(REMOVE_RECURSE ${WORK})
-run("Installing the SDK" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix --component sdk)
+# The Debian package is what is tried, unpacked into a folder of its own: gatefield-sdk-dev alone, without dpkg's database.
+run("Packaging the SDK" ${CPACK} --config ${BUILD}/CPackConfig.cmake -G DEB -D CPACK_COMPONENTS_ALL=sdk -B ${WORK}/package)
+file(GLOB package ${WORK}/package/gatefield-sdk-dev_*.deb)
+run("Unpacking ${package}" dpkg-deb -x ${package} ${WORK}/root)
+set(prefix ${WORK}/root/usr)
 
 # Nothing of the source tree may be needed: the installed files must not name it.
-file(GLOB_RECURSE installed ${WORK}/prefix/*.cmake ${WORK}/prefix/*.h)
+file(GLOB_RECURSE installed ${prefix}/*.cmake ${prefix}/*.h)
 foreach(file IN LISTS installed)
   file(READ ${file} text)
   if(text MATCHES "${BUILD}")
@@ -30,18 +34,18 @@ foreach(file IN LISTS installed)
 endforeach()
 
 # Headers lie under gatefield/ only, and include each other by that name.
-file(GLOB beside RELATIVE ${WORK}/prefix/include ${WORK}/prefix/include/*)
+file(GLOB beside RELATIVE ${prefix}/include ${prefix}/include/*)
 if(NOT beside STREQUAL "gatefield")
   message(FATAL_ERROR "Installed into include/: ${beside}, expected gatefield alone")
 endif()
-file(GLOB_RECURSE headers ${WORK}/prefix/include/*.h)
+file(GLOB_RECURSE headers ${prefix}/include/*.h)
 foreach(header IN LISTS headers)
   file(STRINGS ${header} quoted REGEX "#include \"")
   if(quoted)
     message(FATAL_ERROR "${header} has ${quoted}, expected <gatefield/...>")
   endif()
 endforeach()
-file(READ ${WORK}/prefix/lib/cmake/gatefield/gatefieldTargets.cmake targets)
+file(READ ${prefix}/lib/cmake/gatefield/gatefieldTargets.cmake targets)
 if(targets MATCHES "INTERFACE_INCLUDE_DIRECTORIES [^\n]*include/gatefield")
   message(FATAL_ERROR "A target of the package gives its users include/gatefield as a folder to search")
 endif()

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/base/logging.h"
 #include "common/protocol/validate.h"
 #include "tests/support/messages.h"
 #include "tests/unit/server/service/fakes.h"
@@ -135,7 +136,13 @@ TEST_F(AdmissionTest, LateTicksCostTheNewestItsSession) {
   ask("a");
   fly(500ms);
   ask("b");
+  ::testing::internal::CaptureStderr();
+  log::start("admission_test");
   fly(4s, 1);
+  log::start("admission_test", "off");
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, HasSubstr("warning deadlines: ")) << "the operator is told before a vehicle is sent away";
+  EXPECT_THAT(said, HasSubstr("warning overload: vehicle b is sent away: "));
   EXPECT_TRUE(service_->session_of("a"));
   EXPECT_FALSE(service_->session_of("b"));
   const auto replies = transport_.replies();
