@@ -263,6 +263,8 @@ DataReaderQos reader_qos(Topic topic, const TransportOptions& transport) {
   // Two clients of one name are two writers of one instance: what each said must stay readable.
   const int depth = topic == Topic::kSessionRequest ? 4 : history_depth(topic, transport);
   fill_common(topic, depth, &qos);
+  // Kept for the next sample, each place of a history would grow to the largest camera that it ever met, and stay so.
+  if (long_samples(topic)) qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_RESERVE_MEMORY_MODE;
   if (reliable(topic)) qos.reliable_reader_qos().times.heartbeatResponseDelay = milliseconds(0);
   return qos;
 }

@@ -9,7 +9,14 @@ using namespace std::chrono_literals;
 
 constexpr auto kQuiet = 2s;  // the last vehicle's program takes its leave of the network, too
 
+constexpr int kKept_bytes = 64 << 20, kLargestFrame_bytes = 8 << 20;
+
 }  // namespace
+
+SpareMemory::SpareMemory() {
+  mallopt(M_TRIM_THRESHOLD, kKept_bytes);
+  mallopt(M_MMAP_THRESHOLD, kLargestFrame_bytes);
+}
 
 bool SpareMemory::look(const service::Figures& figures) {
   if (!figures.vehicles.empty() || figures.stands_by_for != 0) {
