@@ -151,9 +151,15 @@ function(gatefield_python_test name)
   set(environment PYTHONPATH=${PROJECT_BINARY_DIR}/python:${PROJECT_SOURCE_DIR}/client/python/examples PYTHONDONTWRITEBYTECODE=1
     GATEFIELD_SOURCE_DIR=${PROJECT_SOURCE_DIR} GATEFIELD_BINARY_DIR=${PROJECT_BINARY_DIR})
   if(GATEFIELD_SANITIZE MATCHES "address")
-    # Its library has to be there before the interpreter, which never frees all that it took.
-    execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=libasan.so OUTPUT_VARIABLE library OUTPUT_STRIP_TRAILING_WHITESPACE)
-    list(APPEND environment LD_PRELOAD=${library} ASAN_OPTIONS=detect_leaks=0:new_delete_type_mismatch=0)
+    # Its library has to be there before the interpreter, which never frees all that it took, and the one of C++ with it:
+    # what throws is looked up there and then.
+    foreach(file libasan.so libstdc++.so.6)
+      execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=${file} OUTPUT_VARIABLE library
+        OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+      list(APPEND libraries ${library})
+    endforeach()
+    list(JOIN libraries ":" libraries)
+    list(APPEND environment LD_PRELOAD=${libraries} ASAN_OPTIONS=detect_leaks=0:new_delete_type_mismatch=0)
   endif()
   set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT "${environment}")
   if(ARG_LABEL STREQUAL "unit")
