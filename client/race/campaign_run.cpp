@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <numbers>
 #include <set>
@@ -40,11 +41,33 @@ Status add_model(const std::string& name, Fingerprint* print) {
   return {};
 }
 
+/// A program is read once for as long as it is the same one: a search asks at every generation, and each is tens of
+/// megabytes.
+Status add_program(const fs::path& program, Fingerprint* print) {
+  struct Known {
+    fs::file_time_type written;
+    std::uint64_t value;
+  };
+  static std::mutex mutex;
+  static std::map<fs::path, Known> known;
+  std::error_code failure;
+  const auto written = fs::last_write_time(program, failure);
+  const std::lock_guard lock(mutex);
+  auto found = known.find(program);
+  if (found == known.end() || found->second.written != written) {
+    Fingerprint content;
+    if (auto status = add_file(program, &content); !status) return status;
+    found = known.insert_or_assign(program, Known{written, content.value()}).first;
+  }
+  print->add(&found->second.value, sizeof found->second.value);
+  return {};
+}
+
 /// The programs that fly: ours, and the server when it can be found as a file.
 Status add_programs(const std::string& server, Fingerprint* print) {
   std::error_code failure;
-  if (auto status = add_file("/proc/self/exe", print); !status) return status;
-  return fs::is_regular_file(server, failure) ? add_file(server, print) : Status();
+  if (auto status = add_program("/proc/self/exe", print); !status) return status;
+  return fs::is_regular_file(server, failure) ? add_program(server, print) : Status();
 }
 
 std::string subtitle(const Trial& trial, const simulator::Report& report) {
