@@ -1,7 +1,7 @@
 """Gate poses of AirSim and its racing labs, written down as JSON: NED, y of the gate through its opening.
 
-The file is a list or a table of poses, each `{ "position": { "x_val", "y_val", "z_val" }, "orientation": { "w_val", .. } }`
-as the client's objects have them, with "scale" where simGetObjectScale() was written down too. A table goes by the
+The file is a list or a table of poses as the client's objects have them, each `{ "position": { "x_val", .. },
+"orientation": { "w_val", .. } }`, with "scale" where simGetObjectScale() was written down too. A table goes by the
 number in its names: Gate2_5 is gate 2.
 """
 
@@ -55,7 +55,8 @@ def read(path, _options):
         gates.append(Gate(p_W, R_WG=R_WG, scale=factor))
     layout = Layout(f"AirSim, {path.stem}", gates, gate_axis="y", notes=["positions and rotations were read as NED"])
     if any(gate.scale != 1 for gate in gates):
-        layout.notes.append("--opening and --frame are those of a gate of scale 1; each gate's own scale multiplies them")
+        layout.notes.append("--opening and --frame are those of a gate of scale 1; each gate's own scale multiplies "
+                            "them")
     if start is not None:
         layout.start_p_W, R_WB = _pose(start)
         layout.start_yaw_rad = float(np.arctan2(R_WB[1, 0], R_WB[0, 0]))

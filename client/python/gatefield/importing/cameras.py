@@ -13,14 +13,14 @@ from gatefield.options import Camera
 from .needs import Needs
 from .rotations import about
 from .source import content
-from .text import camera_block, comments, replace_block
+from .text import camera_block, replace_block
 
 _LEVEL = np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # optical axes in B of a camera that looks along x
 
 
 @dataclass
 class Lens:
-    """What a calibration says; None: nothing. Pixel centres at whole numbers, as OpenCV, ROS and RealSense have them."""
+    """What a calibration says; None: nothing. Pixel centres at whole numbers, as OpenCV, ROS, RealSense have them."""
 
     focal_px: Sequence[float]
     centre_px: Sequence[float]
@@ -63,7 +63,8 @@ def vehicle_with_camera(path, lens, options, head):
     rate = needs.take("rate", None, "how many frames it sends", "--rate HZ")
     mount = needs.take("mount", None, "where it sits", "--mount X Y Z YAW_LEFT PITCH_UP ROLL",
                        "metres in the body frame and degrees; a camera that looks ahead, 15 degrees up: 0 0 0 0 15 0")
-    vehicle = needs.take("vehicle", None, "what vehicle it is on", "--vehicle FILE", "a vehicle file, whose camera it replaces")
+    vehicle = needs.take("vehicle", None, "what vehicle it is on", "--vehicle FILE",
+                         "a vehicle file, whose camera it replaces")
     needs.check()
     counts = options.metres_per_count or lens.metres_per_count
     if counts is None:
@@ -77,15 +78,15 @@ def vehicle_with_camera(path, lens, options, head):
     lens.notes.append("pixel centres lie at 0.5 here: 0.5 was added to cx and cy" +
                       (f", and all was divided by {n} (--decimate)" if n > 1 else ""))
     file = Path(vehicle)
-    text = replace_block(content(file), "camera", "\n".join([*comments(head + lens.notes), camera_block(camera, mount)]))
+    text = replace_block(content(file), "camera", camera_block(camera, mount, head + lens.notes))
     if text is None:
-        raise Invalid(f"{file} has no camera {{ .. }}, expected a vehicle file (docs/courses-and-vehicles.md)", "invalid",
-                      "camera", file=str(file))
+        raise Invalid(f"{file} has no camera {{ .. }}, expected a vehicle file (docs/courses-and-vehicles.md)",
+                      "invalid", "camera", file=str(file))
     return text
 
 
 def _divided(path, pixels, n):
     if pixels % n:
-        raise Invalid(f"{path}: its images are {pixels} pixels wide or high, expected a multiple of --decimate {n}", "invalid",
-                      "--decimate", str(n), file=str(path))
+        raise Invalid(f"{path}: its images are {pixels} pixels wide or high, expected a multiple of --decimate {n}",
+                      "invalid", "--decimate", str(n), file=str(path))
     return int(pixels) // n

@@ -58,7 +58,8 @@ _ANY = _number(-1e9, 1e9)
 
 
 def _course_options(parser):
-    add = parser.add_argument_group("what the file does not say", "Lengths are of the source's size, in metres.").add_argument
+    add = parser.add_argument_group("what the file does not say",
+                                    "Lengths are of the source's size, in metres.").add_argument
     add("--opening", type=_LENGTH, metavar="M", help="full width of the gates' openings")
     add("--frame", type=_LENGTH, metavar="M", help="full width of the gates outside")
     add("--thickness", type=_LENGTH, metavar="M", help="of the frames, along the way through")
@@ -66,14 +67,17 @@ def _course_options(parser):
     add("--gate-axis", choices=sorted(AXES), help="the gate's own axis that is flown along; write --gate-axis=-x")
     add("--inclined", action="store_true", help="cpc: gates lean as the way from point to point does")
     add("--laps", type=_whole(1, 1000), metavar="N", help="laps; with more than one the last gate leads to the first")
-    add("--start", type=_ANY, nargs=4, metavar=("X", "Y", "Z", "YAW_DEG"), help="where the vehicle hovers before the race")
+    add("--start", type=_ANY, nargs=4, metavar=("X", "Y", "Z", "YAW_DEG"),
+        help="where the vehicle hovers before the race")
     add("--margin", type=_LENGTH, metavar="M", help="flight volume: so far around gates and start")
     add("--volume", type=_ANY, nargs=6, metavar=("X", "Y", "Z", "X", "Y", "Z"), help="flight volume by its corners")
     floor = parser.add_mutually_exclusive_group()
     floor.add_argument("--floor", type=_ANY, metavar="Z", help="height of the floor")
     floor.add_argument("--no-floor", action="store_true", help="there is none")
     add("--pole-width", type=_LENGTH, metavar="M", help="lsy: of the obstacles")
-    add("--scale", type=_LENGTH, default=1.0, metavar="F", help="multiplies every length, those of options, too (default: 1)")
+    add("--no-poles", action="store_true", help="lsy: leaves the obstacles out, which no planner here is told of")
+    add("--scale", type=_LENGTH, default=1.0, metavar="F",
+        help="multiplies every length, those of options, too (default: 1)")
 
 
 def _vehicle_options(parser):
@@ -82,7 +86,8 @@ def _vehicle_options(parser):
     add("--inertia", type=_LENGTH, nargs=3, metavar=("XX", "YY", "ZZ"), help="kg m^2")
     add("--rotor", type=_ANY, nargs=3, action="append", metavar=("X", "Y", "SIGN"),
         help="one of four; SIGN 1 where its reaction turns the body to the left, else -1")
-    add("--spins", type=int, choices=(1, -1), nargs=4, metavar="S", help="of the rotors in the file's order, as SIGN above")
+    add("--spins", type=int, choices=(1, -1), nargs=4, metavar="S",
+        help="of the rotors in the file's order, as SIGN above")
     add("--torque-per-thrust", type=_LENGTH, metavar="M")
     add("--thrust-max", type=_LENGTH, metavar="N", help="of one rotor")
     add("--thrust-rate-max", type=_LENGTH, metavar="N_S", help="of one rotor's commanded thrust, N/s")
@@ -107,8 +112,10 @@ def _camera_options(parser):
     add("--rate", type=_LENGTH, metavar="HZ")
     add("--mount", type=_ANY, nargs=6, metavar=("X", "Y", "Z", "YAW_LEFT", "PITCH_UP", "ROLL"),
         help="metres in the body frame (x forward, y left, z up) and degrees")
-    add("--metres-per-count", type=_LENGTH, metavar="M", help="of 16-bit images (default: as the file says, else 0.001)")
-    add("--decimate", type=_whole(1, 64), default=1, metavar="N", help="images are sent with every Nth row and column binned")
+    add("--metres-per-count", type=_LENGTH, metavar="M",
+        help="of 16-bit images (default: as the file says, else 0.001)")
+    add("--decimate", type=_whole(1, 64), default=1, metavar="N",
+        help="images are sent with every Nth row and column binned")
     add("--matrix", metavar="NAME", help="opencv: the camera matrix, when it has an unusual name")
     add("--stream", metavar="NAME", help="realsense: which of several streams (default: depth)")
 
@@ -120,9 +127,9 @@ def _parser():
     parser = argparse.ArgumentParser(
         prog="gatefield-import",
         description="Makes a Gatefield course or vehicle file of what other projects have.",
-        epilog="What a file does not say comes from an option; what had to be read one way among several is said. Exit code: "
-        "0 written, 2 not. Example: gatefield-import lsy level0.toml --out level0.txt --gate-axis x --opening 0.4 --frame "
-        "0.72 --thickness 0.02 --pole-width 0.03 (docs/importing.md)")
+        epilog="What a file does not say comes from an option; what had to be read one way among several is said. Exit "
+        "code: 0 written, 2 not. Example: gatefield-import lsy level0.toml --out level0.txt --gate-axis x --opening "
+        "0.4 --frame 0.72 --thickness 0.02 --pole-width 0.03 (docs/importing.md)")
     kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
     for name, (group, _, words) in KINDS.items():
         one = kinds.add_parser(name, help=f"{group}: {words}", description=f"Reads a {words}.")
@@ -157,9 +164,10 @@ def _checked(out, text, group, source):
 def _room(track, source):
     """Openings that are flown (docs/courses-and-vehicles.md): said here, since only a server that is joined says so."""
     for i, waypoint in enumerate(track.course.waypoints):
-        if not 0.3 <= 2 * waypoint.gate.inner_half_m <= 3:
-            raise refusal("invalid", f"{source}: waypoint[{i}] has an opening of {2 * waypoint.gate.inner_half_m:g} m, expected "
-                          "0.3 to 3 m, which is what is flown (--opening, --scale)", f"waypoint[{i}].gate.inner_half_m")
+        opening_m = 2 * waypoint.gate.inner_half_m
+        if not 0.3 <= opening_m <= 3:
+            raise refusal("invalid", f"{source}: waypoint[{i}] has an opening of {opening_m:g} m, expected 0.3 to 3 m, "
+                          "which is what is flown (--opening, --scale)", f"waypoint[{i}].gate.inner_half_m")
 
 
 def convert(arguments):

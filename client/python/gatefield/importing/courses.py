@@ -59,7 +59,27 @@ def _directions(layout, needs):
         return None
     how = "--gate-axis" if needs.given("gate_axis") else "--gate-axis says otherwise"
     layout.notes.append(f"gates are passed along their own {axis} axis ({how})")
+    for i, gate in enumerate(layout.gates):
+        _check_roll(layout, i, gate, AXES[axis], needs)
     return [tuple(gate.R_WG @ AXES[axis]) for gate in layout.gates]
+
+
+def _check_roll(layout, i, gate, axis, needs):
+    """Gates here have two level edges; one that is turned about the way through is said, or refused when by much."""
+    way = gate.R_WG @ axis
+    edge = gate.R_WG @ np.roll(axis, 1)
+    level = np.cross((0, 0, 1), way)
+    if needs.given("round") or np.linalg.norm(level) < 1e-3:
+        return
+    level /= np.linalg.norm(level)
+    roll = math.degrees(math.atan2(edge @ np.cross(way, level), edge @ level))
+    roll = abs((roll + 45) % 90 - 45)  # a square is the same after a quarter
+    if roll > 10:
+        raise Invalid(f"{needs.file}: gate {i} is turned by {roll:.3g} degrees about the way through it, expected at "
+                      "most 10: square gates here have two level edges", "invalid", f"gates[{i}]", f"{roll:.3g}",
+                      "at most 10", str(needs.file))
+    if roll > 1:
+        layout.notes.append(f"gate {i} is turned by {roll:.3g} degrees about the way through it, which was left out")
 
 
 def _shapes(layout, needs):
@@ -93,8 +113,8 @@ def _start(layout, needs, lowest_z):
         return None, 0.0
     if lowest_z is not None and start[2] < lowest_z + 0.3:
         height = layout.gates[0].p_W[2]
-        layout.notes.append(f"starts at z = {number(start[2])} m, on the floor; a vehicle here hovers before the race, so "
-                            f"the start was raised to the first gate's height, {number(height)} m (--start says "
+        layout.notes.append(f"starts at z = {number(start[2])} m, on the floor; a vehicle here hovers before the race, "
+                            f"so the start was raised to the first gate's height, {number(height)} m (--start says "
                             "otherwise)")
         start = (start[0], start[1], height)
     return tuple(start), layout.start_yaw_rad
@@ -118,6 +138,11 @@ def _scaled(values, scale):
     return tuple(scale * value for value in values)
 
 
+def _scaled_shape(shape, scale):
+    return replace(shape, inner_half_m=scale * shape.inner_half_m, outer_half_m=scale * shape.outer_half_m,
+                   thickness_m=scale * shape.thickness_m)
+
+
 def course_file(path, layout, options, head):
     """The text of the course file. Lengths of the options are of the source's size; --scale multiplies all of them."""
     needs = Needs(path, options)
@@ -127,19 +152,21 @@ def course_file(path, layout, options, head):
     floor = _floor(layout, needs)
     start, start_yaw = _start(layout, needs, floor)
     laps = needs.take("laps", layout.laps, "how many laps are flown", "--laps N", "1: it ends at the last gate")
-    width = needs.take("pole_width", None if layout.poles else 0.0, "how thick its obstacles are", "--pole-width M")
+    if options.no_poles and layout.poles:
+        layout.notes.append(f"its {len(layout.poles)} obstacles were left out (--no-poles)")
+        layout.poles = []
+    width = needs.take("pole_width", None if layout.poles else 0.0, "how thick its obstacles are",
+                       "--pole-width M, or --no-poles")
     points = np.array([gate.p_W for gate in layout.gates] + ([start] if start is not None else []), float)
     reach = max(shape.outer_half_m for shape in shapes) if shapes else 0.0
     volume = _volume(layout, needs, points, reach, floor)
     needs.check()
     if layout.poles and floor is None:
-        raise Invalid(f"{path} has obstacles that stand on the floor, expected --floor Z in place of --no-floor", "invalid",
-                      "--no-floor", file=str(path))
+        raise Invalid(f"{path} has obstacles that stand on the floor, expected --floor Z in place of --no-floor",
+                      "invalid", "--no-floor", file=str(path))
     if scale != 1:
         layout.notes.append(f"every length is {number(scale)} times the source's (--scale)")
-    waypoints = [Waypoint(_scaled(gate.p_W, scale), tuple(direction),
-                          replace(shape, inner_half_m=scale * shape.inner_half_m, outer_half_m=scale * shape.outer_half_m,
-                                  thickness_m=scale * shape.thickness_m))
+    waypoints = [Waypoint(_scaled(gate.p_W, scale), tuple(direction), _scaled_shape(shape, scale))
                  for gate, direction, shape in zip(layout.gates, directions, shapes)]
     closed = layout.closed if layout.closed is not None else laps > 1
     course = Course(waypoints, int(laps), closed, None if floor is None else scale * floor)

@@ -17,7 +17,7 @@ def read(path, options):
     table = root.find("quadrotor_dynamics") or root
     mass = table.need("mass").positive("a mass in kg above 0")
     fastest = table.need("motor_omega_max").positive("a speed above 0")
-    c2, c1, c0 = table.need("thrust_map").vector(3, "three coefficients: of the speed's square, of the speed, and alone")
+    c2, c1, c0 = table.need("thrust_map").vector(3, "three coefficients: of the speed's square, its own, and alone")
     thrust_max = c2 * fastest**2 + c1 * fastest + c0
     if thrust_max <= 0:
         table.need("thrust_map").refuse(f"coefficients that make a thrust above 0 at motor_omega_max, {fastest:g}")
@@ -49,7 +49,8 @@ def _places(table, body):
     body.notes.append("rotors lie at 45 degrees at the end of arm_l, as the program has them")
     if inertia is None:
         body.inertia_kg_m2 = body.mass_kg / 12 * length**2 * np.diag([4.5, 4.5, 7.0])
-        body.notes.append("the inertia is m / 12 arm_l^2 (4.5, 4.5, 7), as the program computes it (--inertia says otherwise)")
+        body.notes.append("the inertia is m / 12 arm_l^2 (4.5, 4.5, 7), as the program computes it (--inertia "
+                          "says otherwise)")
 
 
 def _drag(table, body, options):

@@ -3,7 +3,8 @@
 from .cameras import Lens, five_terms
 from .source import Node, attribute, read_json, read_xml, read_yaml
 
-_MATRIX = ("camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix", "K", "M1", "intrinsics", "intrinsic_matrix")
+_MATRIX = ("camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix", "K", "M1", "intrinsics",
+           "intrinsic_matrix")
 _TERMS = ("distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs", "distortion", "D", "D1")
 _WIDTH, _HEIGHT = ("image_width", "image_Width", "width"), ("image_height", "image_Height", "height")
 _NO_TERMS = ("none", "", "distortion.none")

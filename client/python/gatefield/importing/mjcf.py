@@ -95,7 +95,7 @@ def _actuators(model, sites):
             gear_node.refuse("a force along z of the body, within 10 degrees")
         control = model.of(element, "ctrlrange")
         if control is None:
-            Node(model.path, element.get("name"), model.label(element)).lacks("ctrlrange", "expected one that bounds its thrust")
+            Node(model.path, element.get("name"), model.label(element)).lacks("ctrlrange", "expected one")
         gain = model.of(element, "gainprm")
         factor = 1.0 if gain is None or element.tag != "general" else (gain.value[0] if isinstance(gain.value, list)
                                                                          else gain.number())
@@ -107,7 +107,8 @@ def _actuators(model, sites):
 
 def _alike(model, name, values):
     if max(values) - min(values) > 0.01 * max(abs(value) for value in values):
-        Node(model.path, [round(value, 9) for value in values], name).refuse("the same of all four: rotors here are alike")
+        shown = [round(value, 9) for value in values]
+        Node(model.path, shown, name).refuse("the same of all four: rotors here are alike")
     return values[0]
 
 

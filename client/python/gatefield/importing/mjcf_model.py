@@ -7,7 +7,7 @@ import numpy as np
 from .rotations import about, of_axis, of_quaternion
 from .source import Node, attribute, label
 
-_NOT_FOLLOWED = ("settotalmass", "boundmass", "boundinertia", "inertiagrouprange")  # they change masses behind the elements
+_NOT_FOLLOWED = ("settotalmass", "boundmass", "boundinertia", "inertiagrouprange")  # they change masses
 _ACTUATORS = ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion")
 
 
@@ -27,7 +27,7 @@ class Model:
             self._compiler.update(element.attrib)
         for name in _NOT_FOLLOWED:
             if name in self._compiler:
-                Node(path, self._compiler[name], f"compiler.{name}").refuse("none: give --mass and --inertia of a file without")
+                Node(path, self._compiler[name], f"compiler.{name}").refuse("none: masses are not adapted here")
         self.from_geoms = self._compiler.get("inertiafromgeom", "auto") == "true"
         self._classes = {}
         for element in root.findall("default"):

@@ -5,7 +5,7 @@ from gatefield.errors import Invalid
 
 class Needs:
     def __init__(self, file, options):
-        self._file = file
+        self.file = file
         self._options = options
         self._missing = []
 
@@ -34,5 +34,5 @@ class Needs:
         """Raises Invalid for all that is missing, one line each."""
         if self._missing:
             lines = "\n".join(f"  {sentence}" for _, sentence in self._missing)
-            raise Invalid(f"{self._file} does not say all that a Gatefield file has to:\n{lines}", "invalid",
-                          self._missing[0][0], file=str(self._file))
+            raise Invalid(f"{self.file} does not say all that a Gatefield file has to:\n{lines}", "invalid",
+                          self._missing[0][0], file=str(self.file))

@@ -28,7 +28,7 @@ def together(parts):
 
 
 def of_shape(kind, mass, size):
-    """Inertia of a solid about its centre. size: radii or half edges; of cylinder and capsule radius and half length."""
+    """Inertia of a solid about its centre. size: radii or half edges; cylinder and capsule: radius and half length."""
     if kind == "sphere":
         return 0.4 * mass * size[0]**2 * np.eye(3)
     if kind in ("box", "ellipsoid"):

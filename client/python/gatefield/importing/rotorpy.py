@@ -41,8 +41,8 @@ class _Reader:
         return self.names
 
     def _refuse(self, node, why):
-        return Unreadable(f"{self._path}:{node.lineno}: {why}, expected numbers, lists, dictionaries and arithmetic: other "
-                          "code is not run", "unreadable", file=str(self._path), line=node.lineno)
+        return Unreadable(f"{self._path}:{node.lineno}: {why}, expected numbers, lists, dictionaries and arithmetic: "
+                          "other code is not run", "unreadable", file=str(self._path), line=node.lineno)
 
     def _value(self, node):
         if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
@@ -116,8 +116,9 @@ def read(path, options):
     fastest = table.need("rotor_speed_max").positive("a speed in rad/s above 0")
     slowest = table.need("rotor_speed_min").number(0, fastest, "a speed in rad/s of 0 to rotor_speed_max")
     radius = table.find("rotor_radius")
-    body = Body(f"rotorpy, {path.stem}", mass, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), rotors, k_m / k_eta,
-                k_eta * slowest**2, k_eta * fastest**2, table.need("tau_m").positive("seconds above 0"),
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    body = Body(f"rotorpy, {path.stem}", mass, inertia, rotors, k_m / k_eta, k_eta * slowest**2,
+                k_eta * fastest**2, table.need("tau_m").positive("seconds above 0"),
                 propeller_radius_m=radius.positive("a radius in metres above 0") if radius is not None else None)
     body.notes.append("tau_m is the lag of a rotor's speed; near hover its thrust has the same one")
     _drag(table, body, k_eta, options)

@@ -24,8 +24,8 @@ class Node:
         """Raises Invalid: "FILE: FIELD is VALUE, expected ..."."""
         shown = repr(self.value)
         shown = shown if len(shown) <= 60 else shown[:57] + "..."
-        raise Invalid(f"{self.file}: {self.path or 'its content'} is {shown}, expected {expected}", "invalid", self.path,
-                      shown, expected, str(self.file))
+        raise Invalid(f"{self.file}: {self.path or 'its content'} is {shown}, expected {expected}", "invalid",
+                      self.path, shown, expected, str(self.file))
 
     def lacks(self, what, cure=""):
         """Raises Invalid for something that is not there."""
@@ -139,7 +139,10 @@ def read_yaml(path):
     class Loader(yaml.SafeLoader):
         pass
 
-    Loader.add_multi_constructor("tag:yaml.org,2002:opencv-", lambda loader, _, node: loader.construct_mapping(node, True))
+    def matrix(loader, _kind, node):
+        return loader.construct_mapping(node, True)
+
+    Loader.add_multi_constructor("tag:yaml.org,2002:opencv-", matrix)
     text = re.sub(r"\A%YAML:1\.\d[^\n]*\n", "", content(path))
     try:
         return Node(path, yaml.load(text, Loader))
@@ -160,7 +163,7 @@ def read_xml(path):
 
 
 def attribute(file, element, name, default=None, where=None):
-    """An XML attribute as a Node: a number, a list of numbers, or text. None when it is not there and has no default."""
+    """An XML attribute as a Node: a number, a list of numbers, or text. None: it is not there and has no default."""
     text = element.get(name, default)
     if text is None:
         return None

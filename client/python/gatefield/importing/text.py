@@ -43,9 +43,9 @@ def gate_block(shape):
 def waypoint_block(waypoint, common):
     direction = waypoint.direction_W
     if abs(direction[2]) < 1e-6 * math.hypot(direction[0], direction[1]):
-        way = f"yaw_deg: {number(yaw_deg(direction))}"
+        way = f"yaw_deg: {number(round(yaw_deg(direction), 6))}"
     else:
-        way = vector("direction", direction)
+        way = vector("direction", [round(float(part), 9) for part in direction])
     own = "" if waypoint.gate == common else " " + gate_block(waypoint.gate)
     return f"waypoint {{ {vector('position', waypoint.p_W)} {way}{own} }}"
 
@@ -55,10 +55,12 @@ def course_text(head, track, poles, width_m):
     course = track.course
     common = course.waypoints[0].gate
     lines = comments(head)
-    lines += [f"title: {quoted(track.title)}", f"laps: {course.laps}", f"closed: {'true' if course.closed else 'false'}", ""]
+    lines += [f"title: {quoted(track.title)}", f"laps: {course.laps}",
+              f"closed: {'true' if course.closed else 'false'}", ""]
     lines += [waypoint_block(waypoint, common) for waypoint in course.waypoints]
     lines += ["", gate_block(common)]
-    lines.append(f"start {{ {vector('position', track.start_p_WB)} yaw_deg: {number(math.degrees(track.start_yaw_rad))} }}")
+    lines.append(f"start {{ {vector('position', track.start_p_WB)} "
+                 f"yaw_deg: {number(round(math.degrees(track.start_yaw_rad), 6))} }}")
     low, high = track.flight_volume
     lines.append(f"flight_volume {{ {vector('min', low)} {vector('max', high)} }}")
     for x, y, top in poles:
@@ -69,15 +71,18 @@ def course_text(head, track, poles, width_m):
     return "\n".join(lines) + "\n"
 
 
-def camera_block(camera, mount):
-    """mount: x, y, z in metres, yaw left, pitch up, roll in degrees."""
-    lines = [f"  width_px: {camera.width_px}", f"  height_px: {camera.height_px}"]
+def camera_block(camera, mount, head=()):
+    """mount: x, y, z in metres, yaw left, pitch up, roll in degrees. head: comments in it."""
+    lines = ["  " + line for line in comments(head)]
+    lines += [f"  width_px: {camera.width_px}", f"  height_px: {camera.height_px}"]
     lines += [f"  {name}: {number(getattr(camera, name))}" for name in
               ("fx_px", "fy_px", "cx_px", "cy_px", "min_depth_m", "max_depth_m", "rate_hz", "metres_per_count")]
+    mount = [round(float(value), 9) for value in mount]
     names = ("x_m", "y_m", "z_m", "yaw_left_deg", "pitch_up_deg", "roll_deg")
     lines.append("  mount { " + " ".join(f"{name}: {number(value)}" for name, value in zip(names, mount)) + " }")
     if camera.distortion_model == "brown_conrady":
-        terms = " ".join(f"{name}: {number(value)}" for name, value in zip(("k1", "k2", "p1", "p2", "k3"), camera.distortion))
+        named = zip(("k1", "k2", "p1", "p2", "k3"), camera.distortion)
+        terms = " ".join(f"{name}: {number(value)}" for name, value in named)
         lines.append(f"  distortion {{ model: BROWN_CONRADY {terms} }}")
     return "\n".join(["camera {", *lines, "}"])
 

@@ -31,7 +31,8 @@ def _inertial(path, link, R, p):
     if inertial is None or inertial.find("mass") is None:
         return None
     where = f"{label(link)}.inertial"
-    mass = attribute(path, inertial.find("mass"), "value", "", f"{where}.mass").number(0, what="a mass in kg of 0 or more")
+    told = attribute(path, inertial.find("mass"), "value", "", f"{where}.mass")
+    mass = told.number(0, what="a mass in kg of 0 or more")
     R_own, p_own = _origin(path, inertial)
     element = inertial.find("inertia")
 
@@ -77,7 +78,7 @@ def _rotor_links(path, links, options):
 
 
 def _places(path, names, parts, frames, joints, centre):
-    """x, y of each rotor around the centre of mass: of a link that turns its joint, of a fixed one its own mass's place."""
+    """x, y of each rotor around the centre of mass: a turning link's joint, a fixed link's own centre of mass."""
     places = []
     for name in names:
         R, p = frames[name]
@@ -103,8 +104,8 @@ def _motors(path, robot, names, joints, body):
         return None
 
     def told(key, what):
-        values = [attribute(path, type(plugin)("x", {key: plugin.findtext(key, "")}), key, where=f"plugin.{key}").positive(what)
-                  for plugin in plugins]
+        texts = [type(plugin)("plugin", {key: plugin.findtext(key, "")}) for plugin in plugins]
+        values = [attribute(path, text, key).positive(what) for text in texts]
         if max(values) - min(values) > 0.01 * max(values):
             Node(path, values, f"plugin.{key}").refuse("the same of all four: rotors here are alike")
         return values[0]
@@ -112,7 +113,8 @@ def _motors(path, robot, names, joints, body):
     body.torque_per_thrust_m = told("momentConstant", "metres above 0")
     body.thrust_max_n = told("motorConstant", "a number above 0") * told("maxRotVelocity", "rad/s above 0")**2
     body.rotor_time_constant_s = told("timeConstantUp", "seconds above 0")
-    body.notes.append("thrusts, spins and lag (timeConstantUp) are those of its motor plugins; turning ccw drives the body cw")
+    body.notes.append("thrusts, spins and lag (timeConstantUp) are those of its motor plugins; turning ccw drives the "
+                      "body cw")
     spins = []
     for plugin in plugins:
         turning = plugin.findtext("turningDirection", "").strip()

@@ -24,7 +24,8 @@ def read(path, _options):
     for name in names:
         gate = table.need(str(name))
         size = gate.find("width", "size")
-        gates.append(Gate(gate.need("position").vector(3, "x, y, z in metres"), R_WG=of_quaternion(gate.need("rotation")),
+        gates.append(Gate(gate.need("position").vector(3, "x, y, z in metres"),
+                          R_WG=of_quaternion(gate.need("rotation")),
                           opening_m=size.positive("a width in metres above 0") if size is not None else None))
     if not gates:
         table.refuse("at least one gate")
@@ -48,8 +49,9 @@ def read_cpc(path, options):
     if lap < len(points):
         whole = len(points) // lap
         layout.laps = whole
-        layout.notes.append(f"its {len(points)} points repeat after {lap}: a closed course of {lap} gates, {whole} whole "
-                            f"laps; what is left of a lap ({len(points) - whole * lap} points) was left out")
+        rest = len(points) - whole * lap
+        layout.notes.append(f"its {len(points)} points repeat after {lap}: a closed course of {lap} gates, {whole} "
+                            f"whole laps; what is left of a lap ({rest} points) was left out")
     elif not closed:
         layout.laps = 1
     layout.closed = closed

@@ -48,8 +48,8 @@ def _moments(path, body, needs):
     if largest > 0.05 * min(moments):
         raise Invalid(f"{path}: its products of inertia are up to {number(largest)} kg m^2 beside moments of "
                       f"{', '.join(map(number, moments))}, expected next to none, since the body's axes have to be the "
-                      "principal ones: turn its frame, or give --inertia XX YY ZZ", "invalid", "inertia", number(largest),
-                      "next to none", str(path))
+                      "principal ones: turn its frame, or give --inertia XX YY ZZ", "invalid", "inertia",
+                      number(largest), "next to none", str(path))
     if largest > 1e-3 * min(moments):
         body.notes.append(f"products of inertia of up to {number(largest)} kg m^2 were left out")
     return moments
@@ -61,8 +61,8 @@ def _rotors(path, body, needs):
     if given:
         rotors = [(x, y, int(sign)) for x, y, sign in given]
         if any(sign not in (1, -1) for _, _, sign in given):
-            raise Invalid("--rotor has a sign other than 1 and -1, expected 1 for a reaction torque that turns the body to "
-                          "the left, seen from above", "invalid", "--rotor")
+            raise Invalid("--rotor has a sign other than 1 and -1, expected 1 for a reaction torque that turns the "
+                          "body to the left, seen from above", "invalid", "--rotor")
     else:
         rotors = needs.take("rotor", body.rotors, "where its rotors are", "--rotor X Y SIGN four times")
     if rotors is None:
@@ -89,9 +89,10 @@ def vehicle_file(path, body, options, head):
     torque = needs.take("torque_per_thrust", body.torque_per_thrust_m, "a rotor's reaction torque per thrust",
                         "--torque-per-thrust M")
     thrust_max = needs.take("thrust_max", body.thrust_max_n, "what thrust a rotor gives at most", "--thrust-max N")
-    rate = needs.take("thrust_rate_max", None, "how fast a rotor's thrust may be asked to change", "--thrust-rate-max N_S",
-                      "N/s; the shipped racer has 3 times its largest thrust")
-    lag = needs.take("time_constant", body.rotor_time_constant_s, "how fast a rotor's thrust follows", "--time-constant S")
+    rate = needs.take("thrust_rate_max", None, "how fast a rotor's thrust may be asked to change",
+                      "--thrust-rate-max N_S", "N/s; the shipped racer has 3 times its largest thrust")
+    lag = needs.take("time_constant", body.rotor_time_constant_s, "how fast a rotor's thrust follows",
+                     "--time-constant S")
     drag = needs.take("drag", body.drag_kg_s, "its linear drag", "--drag X Y Z", body.drag_hint)
     radius = needs.take("collision_radius", None, "how large its body is, for contact", "--collision-radius M",
                         "a sphere around body and arms; propellers count apart")
