@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 from gatefield.errors import Invalid, Unreadable, Unsupported
 
 LARGEST_BYTES = 16 << 20
+LARGEST_NUMBER = 1e12  # beyond anything of a course or vehicle, and far from where arithmetic overflows
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
@@ -58,7 +59,7 @@ class Node:
         value = self.value
         if isinstance(value, str) and _NUMBER.fullmatch(value.strip()):
             value = float(value)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or \
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= LARGEST_NUMBER or \
                 not low <= value <= high:
             self.refuse(what)
         return float(value)
