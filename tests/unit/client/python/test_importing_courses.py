@@ -32,7 +32,10 @@ def test_a_level_of_lsy(tmp_path):
 
 
 def test_older_levels_of_lsy_pass_along_y(tmp_path):
-    file = changed(tmp_path, "level.toml", ("[0.0, 0.3, 0.0]", "[0.0, 0.1, 0.0]"))
+    file = changed(tmp_path, "level.toml", ("[0.0, 0.3, 0.0]", "[0.0, 0.1, 0.0]"),
+                   ("[[env.track.drones]]", "[env.track.drone]"))
+    run(tmp_path, "lsy", file, LSY, "x.txt")
+    assert tuple(gatefield.Track.load(tmp_path / "x.txt").start_p_WB) == (-1.5, 0.75, 0.7)
     made, notes = track(tmp_path, "lsy", file, LSY.replace("axis x", "axis y") + " --start 0 0 1 90")
     assert "gate 3 is turned by 5.73 degrees about the way through it, which was left out" in notes
     assert (math.sin(0.5), math.cos(0.5), 0) == ways(made.course)[0]
