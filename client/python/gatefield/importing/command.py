@@ -27,6 +27,16 @@ KINDS = {
     "opencv": (CAMERA, lenses.read_opencv, "FileStorage of OpenCV (YAML or XML)"),
     "realsense": (CAMERA, lenses.read_realsense, "intrinsics of a RealSense (JSON)"),
 }
+# What to do about a field that the programs' reader refuses.
+CURES = {
+    "camera.distortion": "; say --rectified, and send such images",
+    "quadrotor.rotor_time_constant_s": "; --time-constant S says another",
+    "quadrotor.drag_kg_s": "; --drag X Y Z says another",
+    "quadrotor.thrust_max_n": "; --thrust-max N says another",
+    "quadrotor.inertia_kg_m2": "; --inertia XX YY ZZ says another",
+    "quadrotor.rotor_spin": "; --spins S S S S says others",
+    "quadrotor.torque_per_thrust_m": "; --torque-per-thrust M says another",
+}
 WRITE = {COURSE: course_file, VEHICLE: vehicle_file, CAMERA: vehicle_with_camera}
 
 
@@ -149,12 +159,12 @@ def _checked(out, text, group, source):
         if group == COURSE:
             _room(loaded, source)
         os.replace(draft, out)
-        return getattr(loaded, "notes", ())
+        return [note.replace(str(draft), str(out)) for note in getattr(loaded, "notes", ())]
     except OSError as error:
         raise refusal("unreadable", f"{out} can't be written: {error.strerror}", file=str(out)) from None
     except Refused as refused:
         words = refused.sentence.replace(str(draft), str(out))
-        cure = "; send rectified images, and say --rectified" if refused.field.startswith("camera.distortion") else ""
+        cure = next((cure for field, cure in CURES.items() if refused.field.startswith(field)), "")
         raise refusal(refused.code, f"{source} makes a file that the programs refuse: {words}{cure}", refused.field,
                       refused.value, refused.expected, str(source)) from None
     finally:

@@ -45,7 +45,7 @@ def _moments(path, body, needs):
         return None
     moments = tuple(float(value) for value in np.diag(tensor))
     largest = float(np.abs(tensor - np.diag(moments)).max())
-    if largest > 0.05 * min(moments):
+    if largest > 0.1 * min(moments):
         raise Invalid(f"{path}: its products of inertia are up to {number(largest)} kg m^2 beside moments of "
                       f"{', '.join(map(number, moments))}, expected next to none, since the body's axes have to be the "
                       "principal ones: turn its frame, or give --inertia XX YY ZZ", "invalid", "inertia",

@@ -111,6 +111,15 @@ def test_rotors_by_hand_replace_what_the_file_lacks(tmp_path):
     assert made.quadrotor.thrust_max_n == 5 and list(made.quadrotor.rotor_spin) == [1, 1, -1, -1]
 
 
+def test_what_the_reader_mends_or_refuses_is_said_of_the_file_and_with_the_option(tmp_path):
+    file = changed(tmp_path, "quad_params.py", ("'Izz': 5.5e-3", "'Izz': 6.25e-3"))  # 0.8 % above 3.0e-3 + 3.2e-3
+    _, notes = run(tmp_path, "rotorpy", file, VEHICLE + " --drag-speed 5")
+    assert "out.txt: quadrotor.inertia_kg_m2.zz is 0.00625, taken as 0.0062" in notes and ".part" not in notes
+    file = changed(tmp_path, "quad_params.py", ("'tau_m': 0.02", "'tau_m': 1e-4"))
+    with pytest.raises(gatefield.Invalid, match="rotor_time_constant_s is 0.0001, expected 0.001 to 1 s; --time-constant"):
+        run(tmp_path, "rotorpy", file, VEHICLE + " --drag-speed 5")
+
+
 DRAG = VEHICLE + " --drag 0.1 0.1 0.2 --time-constant 0.03"
 
 
