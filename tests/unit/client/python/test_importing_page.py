@@ -3,7 +3,11 @@
 import os
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
+
+import pytest
 
 import gatefield
 from gatefield.importing import command
@@ -33,3 +37,12 @@ def test_they_all_write_what_loads(tmp_path):
 def test_every_kind_has_its_place_on_the_page():
     text = (SOURCE / "docs/importing.md").read_text()
     assert all(f"| `{kind}` |" in text for kind in command.KINDS)
+
+
+@pytest.mark.parametrize("way", [[str(SOURCE / "client/python/programs/gatefield-import")], ["-m", "gatefield", "import"]])
+def test_both_ways_to_call_it(way):
+    done = subprocess.run([sys.executable, *way, "--help"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and all(kind in done.stdout for kind in command.KINDS), done.stderr
+    done = subprocess.run([sys.executable, *way, "cpc", "none.yaml", "--out", "x.txt"], capture_output=True, text=True,
+                          timeout=60)
+    assert done.returncode == 2 and done.stderr == "gatefield-import: none.yaml can't be read: No such file or directory\n"
