@@ -39,10 +39,12 @@ def test_every_kind_has_its_place_on_the_page():
     assert all(f"| `{kind}` |" in text for kind in command.KINDS)
 
 
-@pytest.mark.parametrize("way", [[str(SOURCE / "client/python/programs/gatefield-import")], ["-m", "gatefield", "import"]])
+@pytest.mark.parametrize("way", [[str(SOURCE / "client/python/programs/gatefield-import")],
+                                 ["-m", "gatefield", "import"]])
 def test_both_ways_to_call_it(way):
     done = subprocess.run([sys.executable, *way, "--help"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0 and all(kind in done.stdout for kind in command.KINDS), done.stderr
     done = subprocess.run([sys.executable, *way, "cpc", "none.yaml", "--out", "x.txt"], capture_output=True, text=True,
                           timeout=60)
-    assert done.returncode == 2 and done.stderr == "gatefield-import: none.yaml can't be read: No such file or directory\n"
+    assert done.returncode == 2
+    assert done.stderr == "gatefield-import: none.yaml can't be read: No such file or directory\n"
