@@ -42,7 +42,7 @@ class CMakeBuild(build_ext):
 
 setup(
     version=VERSION,
-    packages=["gatefield"],
+    packages=["gatefield", "gatefield.importing"],
     package_data={"gatefield": ["py.typed", "*.pyi"]},
     ext_modules=[Extension("gatefield._gatefield", sources=[])],
     cmdclass={"build_ext": CMakeBuild},

@@ -54,9 +54,9 @@ if(GATEFIELD_BUILD_PYTHON)
   string(REGEX REPLACE "^[0-9]+\\." "" minor "${this_python}")
   math(EXPR next_minor "${minor} + 1")
   list(APPEND CPACK_COMPONENTS_ALL python)
-  gatefield_package(python python3-gatefield python "python3 (>= ${this_python}), python3 (<< 3.${next_minor}), python3-numpy, ${same_version}"
+  gatefield_package(python python3-gatefield python "python3 (>= ${this_python}), python3 (<< 3.${next_minor}), python3-numpy, python3-yaml, ${same_version}"
     "Python client of a Gatefield planning server"
-    "Sends depth images and vehicle states as NumPy arrays, gets plans back, and\nplays them out.")
+    "Sends depth images and vehicle states as NumPy arrays, gets plans back, and\nplays them out; gatefield-import reads courses and vehicles of other projects.")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
     "${PROJECT_SOURCE_DIR}/deploy/debian/python/postinst;${PROJECT_SOURCE_DIR}/deploy/debian/python/prerm")
 endif()

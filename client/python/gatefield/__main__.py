@@ -1,4 +1,7 @@
-"""python3 -m gatefield: says which version this is, and which servers a DDS domain has."""
+"""python3 -m gatefield: says which version this is, and which servers a DDS domain has.
+
+python3 -m gatefield import KIND FILE --out FILE: reads courses, vehicles and calibrations of others (importing/).
+"""
 
 import argparse
 import sys
@@ -12,7 +15,8 @@ def arguments():
         prog="python3 -m gatefield",
         description="Says which version this is and finds the planning servers of a DDS domain.",
         epilog="Exit code: 0 a server was found, 1 none answered, 2 the network can't be used as told. "
-        "Example: python3 -m gatefield --domain 7 --peer 10.0.0.7")
+        "Example: python3 -m gatefield --domain 7 --peer 10.0.0.7. `python3 -m gatefield import --help`: courses and "
+        "vehicles of others as Gatefield files.")
     parser.add_argument("--version", action="store_true", help="say the version and end")
     parser.add_argument("--domain", type=int, default=0, metavar="N", help="DDS domain, 0 to 232 (default: 0)")
     parser.add_argument("--wait", type=float, default=1.5, metavar="S",
@@ -29,6 +33,9 @@ def arguments():
 
 
 def main():
+    if sys.argv[1:2] == ["import"]:
+        from gatefield.importing import command
+        return command.main(sys.argv[2:])
     asked = arguments()
     print(f"gatefield {gatefield.__version__}, wire version {_gatefield.WIRE_VERSION}")
     if asked.version:
