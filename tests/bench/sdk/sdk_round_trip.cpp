@@ -1,6 +1,6 @@
 // A vehicle with a depth camera of 640 x 480 at 60 Hz that stands before a wall, in lockstep: from a state's leaving to
-// the plan's being there, and what of it goes beyond the server's step. The frame has its state, and its answer, before:
-// looking at it is not measured. sdk_round_trip.py is the same in Python; compare.py runs both.
+// the plan's being there, and what of it goes beyond the server's step. The frame has its state, and its answer, just
+// before: looking at it is not measured. sdk_round_trip.py is the same in Python; compare.py runs both.
 //   sdk_round_trip DOMAIN SECONDS      one line: processor time and wall time in seconds, then the rest of each round
 //                                      trip in microseconds
 // Exit codes: 0, 2 usage, 3 no server or no answer.
