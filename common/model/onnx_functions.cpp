@@ -131,9 +131,10 @@ class Inliner {
 
   Status expand(onnx::NodeProto&& node, int depth) {
     const Function* const function = called_by(node);
+    bytes_ += node.ByteSizeLong();
+    if (bytes_ > kMaxFileBytes) return too_much(node);
     if (function == nullptr) {
-      bytes_ += node.ByteSizeLong();
-      if (made_.size() >= kMaxNodes || bytes_ > kMaxFileBytes) return too_much(node);
+      if (made_.size() >= kMaxNodes) return too_much(node);
       *made_.Add() = std::move(node);
       return {};
     }
@@ -144,10 +145,8 @@ class Inliner {
     for (const auto& attribute : node.attribute()) attributes[attribute.name()] = attribute;
     std::string prefix = node.name();
     for (int i = 0; i < body.input_size(); ++i) names[body.input(i)] = i < node.input_size() ? node.input(i) : "";
-    for (int i = 0; i < node.output_size(); ++i) {
-      if (i < body.output_size() && !node.output(i).empty()) prefix = names[body.output(i)] = node.output(i);
-      if (i >= body.output_size() && !node.output(i).empty()) return wrong_number(node, body);
-    }
+    for (int i = 0; i < node.output_size() && i < body.output_size(); ++i)  // who reads another one is told so
+      if (!node.output(i).empty()) prefix = names[body.output(i)] = node.output(i);
     for (int i = body.input_size(); i < node.input_size(); ++i)
       if (!node.input(i).empty()) return wrong_number(node, body);
     const auto rename = [&](std::string* name) {
@@ -198,13 +197,13 @@ class Inliner {
 
   Error too_much(const onnx::NodeProto& node) const {
     return file_error(file_, "calls functions at node " + in_quotes(node.name()) + " that make more than " +
-                                 std::to_string(kMaxNodes) + " nodes, or call each other without end");
+                                 std::to_string(kMaxNodes) + " nodes or " + std::to_string(kMaxFileBytes) +
+                                 " bytes, or call each other without end");
   }
   Error wrong_number(const onnx::NodeProto& node, const onnx::FunctionProto& body) const {
-    return file_error(file_, "node " + in_quotes(node.name()) + " (" + body.name() + ") has " +
-                                 std::to_string(node.input_size()) + " inputs and " +
-                                 std::to_string(node.output_size()) + " outputs, expected at most " +
-                                 std::to_string(body.input_size()) + " and " + std::to_string(body.output_size()));
+    return file_error(file_, "node " + in_quotes(node.name()) + " (" + in_quotes(body.name()) + ") has " +
+                                 std::to_string(node.input_size()) + " inputs, expected at most " +
+                                 std::to_string(body.input_size()));
   }
 
   const std::filesystem::path& file_;

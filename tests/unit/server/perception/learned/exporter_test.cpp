@@ -582,7 +582,7 @@ TEST(Exporter, WhatCannotBeNamesTheCure) {
                         function(b, "f15 (x) => (y) { }");
                         call(b, "f0", {"x"}, "y");
                       }),
-              HasSubstr("make more than 2000 nodes"));
+              HasSubstr("make more than 2000 nodes or"));
   EXPECT_THAT(refusal(18,
                       [](auto& b) {
                         function(b, "old (x) => (y) { y = Relu (x) }").mutable_opset_import(0)->set_version(13);
@@ -594,7 +594,7 @@ TEST(Exporter, WhatCannotBeNamesTheCure) {
                         function(b, "two (x) => (y) { y = Relu (x) }");
                         call(b, "two", {"x", "x"}, "y");
                       }),
-              HasSubstr("has 2 inputs and 1 outputs, expected at most 1 and 1"));
+              HasSubstr("has 2 inputs, expected at most 1"));
   EXPECT_THAT(
       refusal(18, [](auto& b) { call(b, "aten_unknown", {"x"}, "y"); }),
       AllOf(HasSubstr("'aten_unknown' of domain 'pkg.onnxscript.torch_lib'"), HasSubstr("bring-your-own-network")));
