@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/random.h"
 #include "common/model/checksums.h"
 #include "server/perception/learned/depth_encoder.h"
 #include "tests/unit/common/model/small_networks.h"
@@ -465,6 +466,23 @@ TEST(Exporter, WhatItWritesLoadsAndComputesWhatItSays) {
       EXPECT_NEAR(static_cast<double>(network.output.values[i]), y[i], 2e-6 * (1.0 + std::abs(y[i]))) << i;
     const auto runs = DepthEncoder::create(*bundle);
     EXPECT_TRUE(runs.ok()) << runs.error();
+  }
+}
+
+TEST(Exporter, DamagedBytesAreReadOrRefused) {
+  Random random(1);
+  for (const Case& each : good_cases()) {
+    const Files good = bundle_of(encoder_of(each.opset, each.build), each.beside);
+    for (int trial = 0; trial < 40; ++trial) {
+      Files damaged = good;
+      std::string& bytes = damaged[each.beside.empty() || trial % 4 > 0 ? "encoder.onnx" : "encoder.onnx.data"];
+      for (int i = 0; i <= trial % 3; ++i)
+        bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] = static_cast<char>(random.bits());
+      const auto bundle = model::Bundle::parse("small", damaged);
+      if (bundle.ok()) continue;
+      EXPECT_LT(bundle.error().size(), 1000u);
+      EXPECT_FALSE(bundle.error().starts_with("small: ")) << "an exception came through: " << bundle.error();
+    }
   }
 }
 
