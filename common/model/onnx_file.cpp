@@ -153,7 +153,7 @@ Status prepare_graph(const std::filesystem::path& file, const Beside& beside, on
 Result<onnx::ModelProto> parse(const std::filesystem::path& file, const std::string& bytes) {
   int fields = 0;
   onnx::ModelProto model;
-  if (!safe_to_parse(bytes, model.GetDescriptor(), &fields) || !model.ParseFromString(bytes)) {
+  if (!safe_to_parse(bytes, onnx::ModelProto::descriptor(), &fields) || !model.ParseFromString(bytes)) {
     return file_error(file, fields > kMaxFields ? "has more than " + std::to_string(kMaxFields) +
                                                       " fields, too many for a network of ours"
                                                 : std::string("is cut off or not an ONNX file"));

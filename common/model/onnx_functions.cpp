@@ -116,12 +116,12 @@ class Inliner {
     Function& function = functions_[key_of(body.domain(), body.name())];
     if (function.body != nullptr) return file_error(file_, "defines the function " + in_quotes(body.name()) + " twice");
     function.body = &body;
-    const google::protobuf::UnknownFieldSet& fields = body.GetReflection()->GetUnknownFields(body);
+    const google::protobuf::UnknownFieldSet& fields = onnx::FunctionProto::GetReflection()->GetUnknownFields(body);
     for (int i = 0; i < fields.field_count(); ++i) {
       if (fields.field(i).number() != kDefaultsField) continue;
       onnx::AttributeProto attribute;
       if (fields.field(i).type() != google::protobuf::UnknownField::TYPE_LENGTH_DELIMITED ||
-          !safe_to_parse(fields.field(i).length_delimited(), attribute.GetDescriptor(), &fields_) ||
+          !safe_to_parse(fields.field(i).length_delimited(), onnx::AttributeProto::descriptor(), &fields_) ||
           !attribute.ParseFromString(fields.field(i).length_delimited()))
         return file_error(file_, "function " + in_quotes(body.name()) + " has a default value that can't be read");
       function.defaults[attribute.name()] = attribute;
