@@ -14,6 +14,7 @@
 #include "common/model/onnx_file.h"
 #include "common/model/onnx_graph.h"
 #include "common/model/onnx_simplify.h"
+#include "common/model/test_vectors.h"
 #include "common/model/two_look.h"
 
 namespace gatefield::model {
@@ -99,11 +100,25 @@ NetworkTensor tensor_of(const std::string& name, const Array& array) {
   return {name, {array.shape.begin(), array.shape.end()}, {array.values.begin(), array.values.end()}};
 }
 
+/// A file of the bundle, and what lies beside it.
+struct Content {
+  const std::string& bytes;
+  Beside beside;
+  std::filesystem::path vectors;      ///< "encoder.test.onnx"
+  const std::string* test = nullptr;  ///< its content; null: there is none
+};
+
+Status hold(const Content& content, const Graph& graph, const std::vector<Port>& ports, const std::string& output) {
+  if (content.test == nullptr) return {};
+  return hold_test_vectors(content.vectors, *content.test, graph, ports, output,
+                           {kMaxEncoderMultiplyAdds, kMaxEncoderNumbers});
+}
+
 /// Checks a network of the encoder by running it slowly on numbers of a depth image's size.
-Result<Network> check_encoder(const std::filesystem::path& file, const std::string& bytes, const Manifest& manifest) {
-  const Result<onnx::ModelProto> model = parse_onnx(file, bytes);
-  if (!model.ok()) return model.failure();
+Result<Network> check_encoder(const std::filesystem::path& file, const Content& content, const Manifest& manifest) {
   const Ports ports = ports_of(file.filename().string(), manifest);
+  const Result<onnx::ModelProto> model = parse_onnx(file, content.bytes, ports.output.name, content.beside);
+  if (!model.ok()) return model.failure();
   if (Status status = check_ports(file, model->graph(), ports.inputs, ports.output.name); !status)
     return status.failure();
   const Result<Graph> graph = Graph::compile(file, *model);
@@ -139,24 +154,41 @@ Result<Network> check_encoder(const std::filesystem::path& file, const std::stri
     }
   }
   network.output = tensor_of(ports.output.name, *answer);
+  if (Status status = hold(content, *graph, ports.inputs, ports.output.name); !status) return status.failure();
   network.graph = std::make_shared<const Graph>(graph->folded(*evaluation, slot));
   network.bytes =
       std::make_shared<const std::string>(simplified(*model, *network.graph, ports.output.name).SerializeAsString());
   return network;
 }
 
-Result<DecoderWeights> check_decoder(const std::filesystem::path& file, const std::string& bytes,
+/// The name of the size that the file leaves open at the front of an input; "?": it has none. Empty: it is fixed.
+std::string open_rows(const onnx::GraphProto& graph, const std::string& input) {
+  for (const auto& value : graph.input()) {
+    if (value.name() != input || value.type().tensor_type().shape().dim_size() == 0) continue;
+    const auto& rows = value.type().tensor_type().shape().dim(0);
+    if (rows.has_dim_value()) return "";
+    return rows.dim_param().empty() ? "?" : rows.dim_param();
+  }
+  return "";
+}
+
+Result<DecoderWeights> check_decoder(const std::filesystem::path& file, const Content& content,
                                      const Manifest& manifest) {
-  const Result<onnx::ModelProto> model = parse_onnx(file, bytes);
+  const Result<onnx::ModelProto> model = parse_onnx(file, content.bytes, "sdf", content.beside);
   if (!model.ok()) return model.failure();
-  // One latent for all points; or one for each, which then are all the same.
-  const std::vector<Port> once{{"latent", {1, manifest.latent_size}}, {"points", {kOpenSize, 3}}};
-  const std::vector<Port> repeated{{"latent", {kOpenSize, manifest.latent_size}}, {"points", {kOpenSize, 3}}};
-  const bool repeats = check_ports(file, model->graph(), repeated, "sdf").ok();
-  if (Status status = check_ports(file, model->graph(), once, "sdf"); !repeats && !status) return status.failure();
+  const std::vector<Port> ports{{"latent", {1, manifest.latent_size}}, {"points", {kOpenSize, 3}}};
+  if (Status status = check_ports(file, model->graph(), ports, "sdf"); !status) return status.failure();
+  // One latent for all points; or one for each, which then are all the same. A batch axis of its own is of one.
+  const std::string latents = open_rows(model->graph(), "latent");
+  const bool repeats = !latents.empty() && latents == open_rows(model->graph(), "points");
   const Result<Graph> graph = Graph::compile(file, *model);
   if (!graph.ok()) return graph.failure();
-  return read_decoder(file, *graph, repeats, manifest);
+  Result<DecoderWeights> weights = read_decoder(file, *graph, repeats, manifest);
+  if (!weights.ok()) return weights;
+  const std::vector<Port> sizes{{"latent", {repeats ? kOpenSize : 1, manifest.latent_size}},
+                                {"points", {kOpenSize, 3}}};
+  if (Status status = hold(content, *graph, sizes, "sdf"); !status) return status.failure();
+  return weights;
 }
 
 std::vector<std::string> encoder_files(const Manifest& manifest) {
@@ -183,28 +215,52 @@ Result<Bundle> Bundle::load(const std::filesystem::path& folder, const Take& tak
 
   // Each is held against its hash before anything of it is read: of a damaged file nothing else is worth saying.
   std::map<std::string, std::string> files;  // sorted by name, as the hash wants them
-  const auto use = [&](const std::string& name) -> Status {
-    Result<std::optional<std::string>> bytes = take(name);
-    if (!bytes.ok()) return bytes.failure();
-    if (!*bytes) return file_error(folder / name, "is missing or not a file");
-    if (Status status = checksums ? checksums->hold(name, **bytes) : Status(); !status) return status;
-    files[name] = std::move(**bytes);
+  const auto use = [&](const std::string& name, std::optional<std::string> bytes) -> Status {
+    if (!bytes) return file_error(folder / name, "is missing or not a file");
+    if (Status status = checksums ? checksums->hold(name, *bytes) : Status(); !status) return status;
+    files[name] = std::move(*bytes);
     return {};
   };
-  if (Status status = use("manifest.txt"); !status) return status.failure();
+  const auto use_named = [&](const std::string& name) -> Status {
+    Result<std::optional<std::string>> bytes = take(name);
+    return bytes.ok() ? use(name, std::move(bytes).value()) : Status(bytes.failure());
+  };
+  if (Status status = use_named("manifest.txt"); !status) return status.failure();
   Result<Manifest> manifest = checked_manifest(folder / "manifest.txt", files["manifest.txt"]);
   if (!manifest.ok()) return manifest.failure();
   bundle.manifest_ = std::move(manifest).value();
   const std::vector<std::string> encoders = encoder_files(bundle.manifest_);
-  if (Status status = use("decoder.onnx"); !status) return status.failure();
+  if (Status status = use_named("decoder.onnx"); !status) return status.failure();
   for (const std::string& name : encoders)
-    if (Status status = use(name); !status) return status.failure();
+    if (Status status = use_named(name); !status) return status.failure();
 
-  Result<DecoderWeights> decoder = check_decoder(folder / "decoder.onnx", files["decoder.onnx"], bundle.manifest_);
+  // What an ONNX file says lies beside it. A link could lead out of the folder.
+  const Beside beside = [&](const std::string& name) -> Result<const std::string*> {
+    if (files.contains(name)) return &files[name];
+    std::error_code code;
+    if (std::filesystem::is_symlink(folder / name, code))
+      return file_error(folder / name, "is a link, expected a file of the bundle's own");
+    Result<std::optional<std::string>> there = take(name);
+    if (!there.ok()) return there.failure();
+    if (!*there) return static_cast<const std::string*>(nullptr);
+    if (Status status = use(name, std::move(there).value()); !status) return status.failure();
+    return &files[name];
+  };
+  const auto content = [&](const std::string& name) -> Result<Content> {
+    const std::string vectors = std::filesystem::path(name).stem().string() + ".test.onnx";
+    Result<const std::string*> test = beside(vectors);
+    if (!test.ok()) return test.failure();
+    return Content{files[name], beside, folder / vectors, *test};
+  };
+  const Result<Content> decoder_content = content("decoder.onnx");
+  if (!decoder_content.ok()) return decoder_content.failure();
+  Result<DecoderWeights> decoder = check_decoder(folder / "decoder.onnx", *decoder_content, bundle.manifest_);
   if (!decoder.ok()) return decoder.failure();
   bundle.decoder_ = std::move(decoder).value();
   for (const std::string& name : encoders) {
-    Result<Network> network = check_encoder(folder / name, files[name], bundle.manifest_);
+    const Result<Content> encoder_content = content(name);
+    if (!encoder_content.ok()) return encoder_content.failure();
+    Result<Network> network = check_encoder(folder / name, *encoder_content, bundle.manifest_);
     if (!network.ok()) return network.failure();
     if (network->multiply_adds > kNominalEncoderMultiplyAdds) {
       bundle.warnings_.push_back((folder / name).string() + " takes " +

@@ -36,7 +36,7 @@ bool parse_line(const std::string& line, std::string* hash, std::string* name) {
 }  // namespace
 
 std::string checksums_command(const std::filesystem::path& folder) {
-  return "(cd " + folder.string() + " && sha256sum manifest.txt *.onnx > " + kChecksumsFile + ")";
+  return "(cd " + folder.string() + " && sha256sum manifest.txt *.onnx* > " + kChecksumsFile + ")";
 }
 
 Result<std::string> sha256(const std::string& bytes) {
@@ -66,7 +66,7 @@ Status write_checksums(const std::filesystem::path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (name != "manifest.txt" && entry.path().extension() != ".onnx") continue;
+    if (name != "manifest.txt" && name.find(".onnx") == std::string::npos) continue;
     Result<std::string> bytes = read_file(entry.path(), kMaxFileBytes);
     if (!bytes) return bytes.failure();
     files[name] = std::move(bytes).value();

@@ -20,7 +20,7 @@ Result<std::string> sha256(const std::string& bytes);
 /// @param files  content by name
 Result<std::string> checksums_text(const std::map<std::string, std::string>& files);
 
-/// Writes it for the manifest.txt and the *.onnx of the folder.
+/// Writes it for the manifest.txt and the *.onnx* (networks, their weights and test vectors) of the folder.
 Status write_checksums(const std::filesystem::path& folder);
 
 /// For people: the line for a shell that does the same.

@@ -5,11 +5,10 @@
 #include <google/protobuf/wire_format_lite.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <set>
 #include <utility>
 
+#include "common/model/onnx_functions.h"
 #include "common/model/onnx_graph.h"
 
 namespace gatefield::model {
@@ -21,11 +20,10 @@ namespace pb = google::protobuf;
 /// could take gigabytes; networks of ours have some thousands.
 constexpr int kMaxFields = 200'000;
 constexpr int kMaxDepth = 32;
-constexpr int kMaxNodes = 2000;
 constexpr int kMaxTensors = 2000;
-/// What torch.onnx.export writes for opset_version 11 to 17, and OpenCV reads.
+/// What torch.onnx.export has written since PyTorch 1.5.
 constexpr int kOldestOperators = 11;
-constexpr int kNewestOperators = 17;
+constexpr int kNewestOperators = 21;
 
 /// Walks the wire format along the schema and counts fields, without building anything.
 bool count_fields(pb::io::CodedInputStream* in, const pb::Descriptor* type, int depth, int* fields) {
@@ -67,88 +65,10 @@ bool count_fields(pb::io::CodedInputStream* in, const pb::Descriptor* type, int 
   return in->ConsumedEntireMessage();
 }
 
+/// A size that a file leaves open fits any.
 bool fits(const std::vector<std::int64_t>& shape, const std::vector<std::int64_t>& expected) {
   return std::equal(shape.begin(), shape.end(), expected.begin(), expected.end(),
-                    [](std::int64_t a, std::int64_t b) { return b == kAnySize || a == b; });
-}
-
-std::string type_text(int type) {
-  return "ONNX data type " + std::to_string(type) +
-         (onnx::TensorProto::DataType_IsValid(type)
-              ? " (" + onnx::TensorProto::DataType_Name(static_cast<onnx::TensorProto::DataType>(type)) + ")"
-              : "");
-}
-
-std::vector<std::int64_t> shape_of(const onnx::TensorProto& proto) {
-  return {proto.dims().begin(), proto.dims().end()};
-}
-
-/// Number of elements that the shape says; -1 when it can't be.
-std::int64_t elements_of(const onnx::TensorProto& proto) {
-  std::int64_t count = 1;
-  bool empty = false;
-  if (proto.dims_size() > 8) return -1;
-  for (const std::int64_t size : proto.dims()) {
-    if (size < 0 || size > static_cast<std::int64_t>(kMaxFileBytes)) return -1;
-    empty = empty || size == 0;
-    count *= std::max(size, std::int64_t{1});  // strides are products of the others even if one is 0
-    if (count > static_cast<std::int64_t>(kMaxFileBytes)) return -1;
-  }
-  return empty ? 0 : count;
-}
-
-/// Data complete, in this file, of a type that our networks have, and finite.
-Status check_tensor(const std::filesystem::path& file, const std::string& name, const onnx::TensorProto& proto) {
-  if (proto.data_location() == onnx::TensorProto::EXTERNAL || proto.external_data_size() > 0) {
-    return file_error(file, name + " has its data in another file, expected it in this one");
-  }
-  if (proto.has_segment()) return file_error(file, name + " comes in segments, expected it whole");
-  const std::int64_t elements = elements_of(proto);
-  if (elements < 0) return file_error(file, name + " has the impossible shape " + shape_text(shape_of(proto)));
-  std::size_t element_bytes = 0;
-  std::int64_t listed = 0;
-  switch (proto.data_type()) {
-    case onnx::TensorProto::FLOAT:
-      element_bytes = 4;
-      listed = proto.float_data_size();
-      break;
-    case onnx::TensorProto::INT32:
-      element_bytes = 4;
-      listed = proto.int32_data_size();
-      break;
-    case onnx::TensorProto::INT64:
-      element_bytes = 8;
-      listed = proto.int64_data_size();
-      break;
-    default:
-      return file_error(file,
-                        name + " has " + type_text(proto.data_type()) + ", expected 1 (FLOAT), 6 (INT32) or 7 (INT64)");
-  }
-  if (proto.has_raw_data()) {
-    if (listed != 0) return file_error(file, name + " has its data twice");
-    if (proto.raw_data().size() != static_cast<std::size_t>(elements) * element_bytes) {
-      return file_error(file, name + " has " + std::to_string(proto.raw_data().size()) + " bytes of data, expected " +
-                                  std::to_string(static_cast<std::size_t>(elements) * element_bytes) + " for shape " +
-                                  shape_text(shape_of(proto)));
-    }
-  } else if (listed != elements) {
-    return file_error(file, name + " has " + std::to_string(listed) + " numbers, expected " + std::to_string(elements) +
-                                " for shape " + shape_text(shape_of(proto)));
-  }
-  if (proto.data_type() != onnx::TensorProto::FLOAT) return {};
-  for (std::int64_t i = 0; i < elements; ++i) {
-    float value = 0.0f;
-    if (proto.has_raw_data()) {
-      std::memcpy(&value, proto.raw_data().data() + static_cast<std::size_t>(i) * sizeof value, sizeof value);
-    } else {
-      value = proto.float_data(static_cast<int>(i));
-    }
-    if (!std::isfinite(value)) {
-      return file_error(file, name + " has the value " + std::to_string(value) + " at element " + std::to_string(i) +
-                                  ", expected finite numbers");
-    }
-  }
-  return {};
+                    [](std::int64_t a, std::int64_t b) { return a == kOpenSize || a == b; });
 }
 
 /// PyTorch 1.13 names every node, others none; what it makes has a name anyway.
@@ -156,38 +76,89 @@ std::string node_name(const onnx::NodeProto& node) {
   return in_quotes(node.name().empty() && node.output_size() > 0 ? node.output(0) : node.name());
 }
 
-Status check_graph(const std::filesystem::path& file, const onnx::GraphProto& graph) {
+Status check_size(const std::filesystem::path& file, const onnx::GraphProto& graph) {
   if (graph.sparse_initializer_size() > 0) return file_error(file, "has sparse tensors, expected dense ones");
   if (graph.node_size() > kMaxNodes || graph.initializer_size() > kMaxTensors) {
     return file_error(file, "has " + std::to_string(graph.node_size()) + " nodes and " +
                                 std::to_string(graph.initializer_size()) + " weights, expected at most " +
                                 std::to_string(kMaxNodes) + " and " + std::to_string(kMaxTensors));
   }
-  std::set<std::string> names;
-  for (const onnx::TensorProto& proto : graph.initializer()) {
-    if (!names.insert(proto.name()).second)
-      return file_error(file, "tensor " + in_quotes(proto.name()) + " is there twice");
-    if (Status status = check_tensor(file, "tensor " + in_quotes(proto.name()), proto); !status.ok()) return status;
+  return {};
+}
+
+/// Of several outputs all but one go, with what only they need: nodes, weights and inputs.
+void keep_only(const std::string& output, onnx::GraphProto* graph) {
+  if (graph->output_size() < 2 || std::none_of(graph->output().begin(), graph->output().end(),
+                                               [&](const auto& value) { return value.name() == output; }))
+    return;
+  std::set<std::string> read_before, needed{output};
+  for (const auto& node : graph->node()) read_before.insert(node.input().begin(), node.input().end());
+  std::vector<bool> kept(static_cast<std::size_t>(graph->node_size()), false);
+  for (int i = graph->node_size(); i-- > 0;) {
+    const onnx::NodeProto& node = graph->node(i);
+    kept[static_cast<std::size_t>(i)] = std::any_of(node.output().begin(), node.output().end(), [&](const auto& name) {
+      return !name.empty() && needed.contains(name);
+    });
+    if (kept[static_cast<std::size_t>(i)]) needed.insert(node.input().begin(), node.input().end());
   }
-  for (const onnx::NodeProto& node : graph.node()) {
-    if ((!node.domain().empty() && node.domain() != "ai.onnx") || !known_operator(node.op_type())) {
+  const auto unused = [&](const auto& value) {
+    return read_before.contains(value.name()) && !needed.contains(value.name());
+  };
+  auto& nodes = *graph->mutable_node();
+  std::size_t i = 0;
+  nodes.erase(std::remove_if(nodes.begin(), nodes.end(), [&](const auto&) { return !kept[i++]; }), nodes.end());
+  auto& weights = *graph->mutable_initializer();
+  weights.erase(std::remove_if(weights.begin(), weights.end(), unused), weights.end());
+  auto& inputs = *graph->mutable_input();
+  inputs.erase(std::remove_if(inputs.begin(), inputs.end(), unused), inputs.end());
+  auto& outputs = *graph->mutable_output();
+  outputs.erase(
+      std::remove_if(outputs.begin(), outputs.end(), [&](const auto& value) { return value.name() != output; }),
+      outputs.end());
+}
+
+/// Known operators with plain attributes; data of other files comes in, and casts to half precision become casts to
+/// single, in which everything is computed.
+Status prepare_graph(const std::filesystem::path& file, const Beside& beside, onnx::GraphProto* graph) {
+  std::size_t room = kMaxFileBytes;
+  for (onnx::TensorProto& tensor : *graph->mutable_initializer()) {
+    const std::string name = "tensor " + in_quotes(tensor.name());
+    if (Status status = bring_in(file, name, beside, &room, &tensor); !status) return status;
+  }
+  for (onnx::NodeProto& node : *graph->mutable_node()) {
+    if (!is_standard(node.domain()) || !known_operator(node.op_type())) {
       return file_error(file, "node " + node_name(node) + " is the operator " + in_quotes(node.op_type()) +
                                   (node.domain().empty() ? "" : " of domain " + in_quotes(node.domain())) +
                                   ", expected one of those that docs/bring-your-own-network.md lists");
     }
-    for (const onnx::AttributeProto& attribute : node.attribute()) {
+    for (onnx::AttributeProto& attribute : *node.mutable_attribute()) {
       if (attribute.has_g() || attribute.graphs_size() > 0 || attribute.has_sparse_tensor() ||
           attribute.sparse_tensors_size() > 0 || attribute.tensors_size() > 0) {
         return file_error(file, "node " + node_name(node) + " has the attribute " + in_quotes(attribute.name()) +
                                     " with a graph or sparse tensor in it, expected plain values");
       }
-      if (attribute.has_t()) {
-        const std::string name = "the tensor in node " + node_name(node);
-        if (Status status = check_tensor(file, name, attribute.t()); !status.ok()) return status;
-      }
+      const std::string name = "the tensor in node " + node_name(node);
+      if (!attribute.has_t()) continue;
+      if (Status status = bring_in(file, name, beside, &room, attribute.mutable_t()); !status) return status;
     }
+    if (node.op_type() != "Cast") continue;
+    for (onnx::AttributeProto& attribute : *node.mutable_attribute())
+      if (attribute.i() == onnx::TensorProto::FLOAT16 || attribute.i() == onnx::TensorProto::BFLOAT16)
+        attribute.set_i(onnx::TensorProto::FLOAT);
   }
   return {};
+}
+
+/// The file as it is, of bounded size.
+Result<onnx::ModelProto> parse(const std::filesystem::path& file, const std::string& bytes) {
+  int fields = 0;
+  onnx::ModelProto model;
+  if (!safe_to_parse(bytes, onnx::ModelProto::descriptor(), &fields) || !model.ParseFromString(bytes)) {
+    return file_error(file, fields > kMaxFields ? "has more than " + std::to_string(kMaxFields) +
+                                                      " fields, too many for a network of ours"
+                                                : std::string("is cut off or not an ONNX file"));
+  }
+  return model;
 }
 
 }  // namespace
@@ -201,9 +172,7 @@ std::string in_quotes(const std::string& name) {
 std::string shape_text(const std::vector<std::int64_t>& shape) {
   std::string text = "[";
   for (std::size_t i = 0; i < shape.size(); ++i) {
-    text += (i ? ", " : "") + (shape[i] == kAnySize    ? std::string("any")
-                               : shape[i] == kOpenSize ? std::string("N")
-                                                       : std::to_string(shape[i]));
+    text += (i ? ", " : "") + (shape[i] == kOpenSize ? "N" : std::to_string(shape[i]));
   }
   return text + "]";
 }
@@ -212,35 +181,49 @@ Error file_error(const std::filesystem::path& file, const std::string& what) {
   return Error{what, ErrorCode::kUnreadable}.at(file.string());
 }
 
-Result<onnx::ModelProto> parse_onnx(const std::filesystem::path& file, const std::string& bytes) {
-  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-  const int size = static_cast<int>(bytes.size());
-  pb::io::CodedInputStream in(data, size);
-  int fields = 0;
-  onnx::ModelProto model;
-  if (!count_fields(&in, onnx::ModelProto::descriptor(), 0, &fields)) {
-    return file_error(file, fields > kMaxFields ? "has more than " + std::to_string(kMaxFields) +
-                                                      " fields, too many for a network of ours"
-                                                : std::string("is cut off or not an ONNX file"));
-  }
-  if (!model.ParseFromArray(data, size)) return file_error(file, "is cut off or not an ONNX file");
+bool safe_to_parse(const std::string& bytes, const pb::Descriptor* type, int* fields) {
+  pb::io::CodedInputStream in(reinterpret_cast<const std::uint8_t*>(bytes.data()), static_cast<int>(bytes.size()));
+  return count_fields(&in, type, 0, fields);
+}
+
+Result<onnx::ModelProto> parse_onnx(const std::filesystem::path& file, const std::string& bytes,
+                                    const std::string& output, const Beside& beside) {
+  Result<onnx::ModelProto> parsed = parse(file, bytes);
+  if (!parsed) return parsed;
+  onnx::ModelProto model = std::move(parsed).value();
   if (!model.has_graph() || model.graph().node_size() == 0)
     return file_error(file, "has no graph: not an ONNX network");
-  if (model.functions_size() > 0) return file_error(file, "defines functions of its own, expected none");
   if (const int version = operator_set(model); version < kOldestOperators || version > kNewestOperators) {
     return file_error(file, (version == 0 ? std::string("names no version of ONNX's operators")
                                           : "is written with operator set " + std::to_string(version)) +
                                 ", expected " + std::to_string(kOldestOperators) + " to " +
                                 std::to_string(kNewestOperators) + " (opset_version of torch.onnx.export)");
   }
-  if (Status status = check_graph(file, model.graph()); !status.ok()) return status.failure();
+  onnx::GraphProto* const graph = model.mutable_graph();
+  if (Status status = check_size(file, *graph); !status) return status.failure();
+  keep_only(output, graph);
+  if (Status status = inline_functions(file, &model); !status) return status.failure();
+  if (Status status = prepare_graph(file, beside, graph); !status) return status.failure();
   return model;
+}
+
+Result<std::map<std::string, Array>> parse_tensors(const std::filesystem::path& file, const std::string& bytes) {
+  const Result<onnx::ModelProto> model = parse(file, bytes);
+  if (!model) return model.failure();
+  if (Status status = check_size(file, model->graph()); !status) return status.failure();
+  std::map<std::string, Array> tensors;
+  for (const onnx::TensorProto& proto : model->graph().initializer()) {
+    Result<Array> array = array_of(file, "tensor " + in_quotes(proto.name()), proto);
+    if (!array) return array.failure();
+    tensors[proto.name()] = std::move(array).value();
+  }
+  return tensors;
 }
 
 int operator_set(const onnx::ModelProto& model) {
   std::int64_t version = 0;
   for (const auto& set : model.opset_import()) {
-    if (set.domain().empty() || set.domain() == "ai.onnx") version = set.version();
+    if (is_standard(set.domain())) version = set.version();
   }
   return static_cast<int>(std::clamp(version, std::int64_t{0}, std::int64_t{1'000'000}));
 }
@@ -262,7 +245,10 @@ Status check_ports(const std::filesystem::path& file, const onnx::GraphProto& gr
                                   type_text(type.elem_type()) + ", expected " + shape_text(port.shape) + " of " +
                                   type_text(onnx::TensorProto::FLOAT) +
                                   (std::count(port.shape.begin(), port.shape.end(), kOpenSize) > 0
-                                       ? ", N left open (dynamic_axes of torch.onnx.export)"
+                                       ? ", N left open (dynamic_shapes of torch.onnx.export)"
+                                       : "") +
+                                  (type.elem_type() != onnx::TensorProto::FLOAT
+                                       ? ": call .float() on the inputs, or .half() on them inside forward()"
                                        : ""));
     }
   }
@@ -275,11 +261,11 @@ Status check_ports(const std::filesystem::path& file, const onnx::GraphProto& gr
       return file_error(file, "has the input " + in_quotes(value.name()) + ", expected only " + names);
     }
   }
-  if (graph.output_size() != 1 || graph.output(0).name() != output) {
-    return file_error(file,
-                      "has " + std::to_string(graph.output_size()) + " outputs" +
-                          (graph.output_size() > 0 ? ", the first being " + in_quotes(graph.output(0).name()) : "") +
-                          ", expected only " + in_quotes(output));
+  const auto& outputs = graph.output();
+  if (std::none_of(outputs.begin(), outputs.end(), [&](const auto& value) { return value.name() == output; })) {
+    return file_error(file, "has " + std::to_string(outputs.size()) + " outputs" +
+                                (outputs.empty() ? "" : ", the first being " + in_quotes(outputs[0].name())) +
+                                ", expected one called " + in_quotes(output) + " (output_names of torch.onnx.export)");
   }
   return {};
 }

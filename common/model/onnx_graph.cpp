@@ -3,7 +3,6 @@
 #include <onnx/onnx_pb.h>
 
 #include <algorithm>
-#include <cstring>
 #include <set>
 #include <utility>
 
@@ -16,72 +15,34 @@ namespace {
 /// Reading costs time too: inputs that all nodes together go through, as a multiple of the numbers that may be made.
 constexpr std::int64_t kReadsPerNumber = 64;
 
-template <typename Number>
-void take(const std::string& raw, std::vector<double>* out) {
-  for (std::size_t i = 0; i + sizeof(Number) <= raw.size(); i += sizeof(Number)) {
-    Number value;
-    std::memcpy(&value, raw.data() + i, sizeof value);
-    out->push_back(static_cast<double>(value));
-  }
-}
-
-/// @pre check_tensor let it through
-Array array_of(const onnx::TensorProto& proto) {
-  Array array;
-  array.shape.assign(proto.dims().begin(), proto.dims().end());
-  array.integer = proto.data_type() != onnx::TensorProto::FLOAT;
-  if (proto.has_raw_data()) {
-    switch (proto.data_type()) {
-      case onnx::TensorProto::INT64:
-        take<std::int64_t>(proto.raw_data(), &array.values);
-        break;
-      case onnx::TensorProto::INT32:
-        take<std::int32_t>(proto.raw_data(), &array.values);
-        break;
-      default:
-        take<float>(proto.raw_data(), &array.values);
-        break;
-    }
-  } else if (proto.data_type() == onnx::TensorProto::FLOAT) {
-    array.values.assign(proto.float_data().begin(), proto.float_data().end());
-  } else if (proto.data_type() == onnx::TensorProto::INT64) {
-    array.values.assign(proto.int64_data().begin(), proto.int64_data().end());
-  } else {
-    array.values.assign(proto.int32_data().begin(), proto.int32_data().end());
-  }
-  return array;
-}
-
-Attribute attribute_of(const onnx::AttributeProto& proto) {
+Result<Attribute> attribute_of(const std::filesystem::path& file, const std::string& node,
+                               const onnx::AttributeProto& proto) {
   Attribute attribute;
   attribute.integer = proto.i();
   attribute.number = static_cast<double>(proto.f());
   attribute.word = proto.s();
   attribute.integers.assign(proto.ints().begin(), proto.ints().end());
-  if (proto.has_t()) {  // ConstantOfShape's value: one number
-    const Array array = array_of(proto.t());
-    attribute.number = array.values.empty() ? 0.0 : array.values[0];
-    attribute.integer = array.integer ? 1 : 0;
+  if (proto.has_t()) {
+    Result<Array> array = array_of(file, "the tensor in node " + in_quotes(node), proto.t());
+    if (!array) return array.failure();
+    attribute.array = std::make_shared<const Array>(std::move(array).value());
   }
   return attribute;
 }
 
 /// What a Constant node holds; empty when it holds something else than numbers.
-std::shared_ptr<const Array> constant_of(const onnx::NodeProto& node) {
-  for (const onnx::AttributeProto& attribute : node.attribute()) {
-    if (attribute.name() == "value" && attribute.has_t()) return std::make_shared<Array>(array_of(attribute.t()));
-    if (attribute.name() == "value_float")
-      return std::make_shared<Array>(Array{{}, {static_cast<double>(attribute.f())}, false});
+std::shared_ptr<const Array> constant_of(const Node& node, const onnx::NodeProto& proto) {
+  for (const onnx::AttributeProto& attribute : proto.attribute()) {
+    const auto list = [](const auto& values, bool integer) {
+      return std::make_shared<Array>(Array{{values.size()}, {values.begin(), values.end()}, integer});
+    };
+    const Attribute& read = node.attributes.at(attribute.name());
+    if (attribute.name() == "value") return read.array;
+    if (attribute.name() == "value_float") return std::make_shared<Array>(Array{{}, {read.number}, false});
     if (attribute.name() == "value_int")
-      return std::make_shared<Array>(Array{{}, {static_cast<double>(attribute.i())}, true});
-    if (attribute.name() == "value_floats") {
-      return std::make_shared<Array>(
-          Array{{attribute.floats_size()}, {attribute.floats().begin(), attribute.floats().end()}, false});
-    }
-    if (attribute.name() == "value_ints") {
-      return std::make_shared<Array>(
-          Array{{attribute.ints_size()}, {attribute.ints().begin(), attribute.ints().end()}, true});
-    }
+      return std::make_shared<Array>(Array{{}, {static_cast<double>(read.integer)}, true});
+    if (attribute.name() == "value_floats") return list(attribute.floats(), false);
+    if (attribute.name() == "value_ints") return list(attribute.ints(), true);
   }
   return nullptr;
 }
@@ -119,7 +80,9 @@ Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::Mode
   for (const onnx::TensorProto& tensor : model.graph().initializer()) {
     const int slot = define(tensor.name());
     if (slot < 0) return file_error(file, "tensor " + in_quotes(tensor.name()) + " is there twice");
-    graph.constants_[slot] = std::make_shared<Array>(array_of(tensor));
+    Result<Array> array = array_of(file, "tensor " + in_quotes(tensor.name()), tensor);
+    if (!array) return array.failure();
+    graph.constants_[slot] = std::make_shared<const Array>(std::move(array).value());
   }
   for (const onnx::ValueInfoProto& input : model.graph().input()) {
     if (const int slot = define(input.name()); slot >= 0) graph.inputs_.push_back(slot);  // else an initializer again
@@ -134,7 +97,7 @@ Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::Mode
     if (known == nullptr)
       return file_error(file, "node " + in_quotes(node.name) + " is of an operator that can't be evaluated");
     node.type = proto.op_type();
-    node.operation = known->operation;
+    node.known = known;
     const auto inputs = static_cast<std::size_t>(proto.input_size()),
                outputs = static_cast<std::size_t>(proto.output_size());
     if (inputs < known->min_inputs || inputs > known->max_inputs || outputs < 1 || outputs > known->max_outputs) {
@@ -148,7 +111,9 @@ Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::Mode
         return file_error(file, node_text(node) + " has the attribute " + in_quotes(attribute.name()) + ", expected " +
                                     (known->attributes == " " ? "none" : "only" + std::string(known->attributes)));
       }
-      if (!node.attributes.emplace(attribute.name(), attribute_of(attribute)).second)
+      Result<Attribute> read = attribute_of(file, node.name, attribute);
+      if (!read) return read.failure();
+      if (!node.attributes.emplace(attribute.name(), std::move(read).value()).second)
         return file_error(file, node_text(node) + " has the attribute " + in_quotes(attribute.name()) + " twice");
     }
     for (const std::string& input : proto.input()) {
@@ -165,7 +130,7 @@ Result<Graph> Graph::compile(const std::filesystem::path& file, const onnx::Mode
       node.outputs.push_back(slot);
     }
     if (node.type == "Constant") {
-      auto constant = constant_of(proto);
+      auto constant = constant_of(node, proto);
       if (constant == nullptr) return file_error(file, node_text(node) + " holds no numbers");
       if (node.outputs[0] >= 0) graph.constants_[node.outputs[0]] = std::move(constant);
     } else {
@@ -191,8 +156,10 @@ Graph Graph::folded(const Evaluation& evaluation, int output) const {
   for (const int slot : inputs_) varying[at(slot)] = true;
   for (const Node& node : nodes_) {
     if (node.type == "Shape") continue;  // the same for every image
+    const auto read =
+        node.inputs.begin() + (node.type == "CastLike" ? 1 : static_cast<std::ptrdiff_t>(node.inputs.size()));
     const bool varies =
-        std::any_of(node.inputs.begin(), node.inputs.end(), [&](int slot) { return slot >= 0 && varying[at(slot)]; });
+        std::any_of(node.inputs.begin(), read, [&](int slot) { return slot >= 0 && varying[at(slot)]; });
     for (const int slot : node.outputs)
       if (slot >= 0) varying[at(slot)] = varies;
   }
@@ -257,7 +224,7 @@ Result<Evaluation> Graph::evaluate(const std::map<std::string, Array>& inputs, c
         call.in.push_back(array);
       }
       if (reads < 0) throw Refusal("reads more numbers than a network of this kind should");
-      node.operation(call);
+      node.known->operation(call);
     } catch (const Refusal& refusal) {
       return file_error(file_, node_text(node) + " " + refusal.what());
     }

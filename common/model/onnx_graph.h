@@ -42,8 +42,7 @@ struct Evaluation {
   std::int64_t multiply_adds = 0;
 };
 
-struct Call;  // onnx_operators.h
-using Operation = void (*)(Call&);
+struct Operator;  // onnx_operators.h
 
 /// An attribute's value, whichever kind it is.
 struct Attribute {
@@ -51,13 +50,14 @@ struct Attribute {
   std::int64_t integer = 0;
   std::string word;
   std::vector<std::int64_t> integers;
+  std::shared_ptr<const Array> array;
 };
 
 struct Node {
   std::string name;  ///< as the file has it; of a nameless one its first output's
   std::string type;
   int position = 0;  ///< in the file's list of nodes
-  Operation operation = nullptr;
+  const Operator* known = nullptr;
   std::map<std::string, Attribute> attributes;  ///< those that the file gives
   std::vector<int> inputs;                      ///< slots; -1 = left out
   std::vector<int> outputs;                     ///< slots; -1 = left out

@@ -42,6 +42,10 @@ struct Call {
   }
 };
 
+using Operation = void (*)(Call&);
+using Unary = double (*)(double);
+using Binary = double (*)(double, double);
+
 /// A line of the table of operators.
 struct Operator {
   std::string_view type;  ///< as ONNX calls it
@@ -50,6 +54,8 @@ struct Operator {
   std::size_t max_inputs;
   std::size_t max_outputs;
   std::string_view attributes;  ///< the allowed ones, each between spaces
+  Unary unary = nullptr;  ///< the formula, for operations that all elements go through alone (operators/elementwise.h)
+  Binary binary = nullptr;
 };
 
 /// Null when there is no such operator.

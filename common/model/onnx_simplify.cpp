@@ -35,14 +35,17 @@ onnx::AttributeProto* add_attribute(onnx::NodeProto* node, const char* name, onn
 
 /// Inputs of `node` that are parameters become attributes. @param constant  the value of an input, null when it varies
 template <typename Constant>
-void use_attributes(onnx::NodeProto* node, const Constant& constant) {
+void use_attributes(onnx::NodeProto* node, const Graph& graph, const Constant& constant) {
   const std::string& type = node->op_type();
-  const bool clip = type == "Clip";
-  if (!clip && type != "ReduceSum" && type != "Squeeze" && type != "Split") return;
+  const bool clip = type == "Clip", split = type == "Split", alike = type == "CastLike";
+  if (type == "InstanceNormalization" && node->attribute().empty())  // OpenCV knows no default
+    add_attribute(node, "epsilon", onnx::AttributeProto::FLOAT)->set_f(1e-5f);
+  if (!clip && !split && !alike && type != "Squeeze" && !type.starts_with("Reduce")) return;
   for (int i = 1; i < node->input_size(); ++i) {
-    if (!node->input(i).empty() && constant(node->input(i)) == nullptr) return;  // computed on the way: as it was
+    if (!alike && !node->input(i).empty() && constant(node->input(i)) == nullptr) return;  // computed on the way
   }
-  for (int i = 1; i < node->input_size(); ++i) {
+  if (std::count(node->output().begin(), node->output().end(), "") > 0) return;
+  for (int i = 1; i < node->input_size() && !split && !alike; ++i) {
     const Array* const value = node->input(i).empty() ? nullptr : constant(node->input(i));
     if (value == nullptr) continue;
     if (clip) {
@@ -51,15 +54,35 @@ void use_attributes(onnx::NodeProto* node, const Constant& constant) {
       add_attribute(node, i == 1 ? "min" : "max", onnx::AttributeProto::FLOAT)
           ->set_f(static_cast<float>(std::clamp(value->values[0], -most, most)));
     } else {
-      onnx::AttributeProto* const list =
-          add_attribute(node, type == "Split" ? "split" : "axes", onnx::AttributeProto::INTS);
+      onnx::AttributeProto* const list = add_attribute(node, "axes", onnx::AttributeProto::INTS);
       for (const double number : value->values)
         list->add_ints(static_cast<std::int64_t>(std::clamp(number, -9e18, 9e18)));
     }
   }
+  if (split) {  // whichever way the file says it
+    std::int64_t axis = 0;
+    for (const auto& attribute : node->attribute())
+      if (attribute.name() == "axis") axis = attribute.i();
+    node->clear_attribute();
+    add_attribute(node, "axis", onnx::AttributeProto::INT)->set_i(axis);
+    onnx::AttributeProto* const list = add_attribute(node, "split", onnx::AttributeProto::INTS);
+    for (const std::string& output : node->output()) {
+      const auto& shape = graph.shape(graph.slot(output));
+      list->add_ints(shape[static_cast<std::size_t>(axis < 0 ? axis + static_cast<std::int64_t>(shape.size()) : axis)]);
+    }
+  }
+  if (alike) node->set_op_type("Identity");  // one that stayed has numbers before and after
   const std::string first = node->input(0);
   node->clear_input();
   node->add_input(first);
+}
+
+/// An input or output with the sizes that the graph was folded for.
+void add_port(onnx::ValueInfoProto* to, const onnx::ValueInfoProto& from, const Graph& graph) {
+  *to = from;
+  auto* const shape = to->mutable_type()->mutable_tensor_type()->mutable_shape();
+  shape->clear_dim();
+  for (const std::int64_t size : graph.shape(graph.slot(from.name()))) shape->add_dim()->set_dim_value(size);
 }
 
 }  // namespace
@@ -74,18 +97,19 @@ onnx::ModelProto simplified(const onnx::ModelProto& model, const Graph& graph, c
   *made.mutable_opset_import() = model.opset_import();
   onnx::GraphProto* const to = made.mutable_graph();
   to->set_name(from.name());
-  *to->mutable_output() = from.output();
+  for (const auto& each : from.output())
+    if (each.name() == output) add_port(to->add_output(), each, graph);
   std::set<std::string> initializers;
   for (const auto& tensor : from.initializer()) initializers.insert(tensor.name());
   for (const auto& input : from.input()) {
-    if (!initializers.contains(input.name())) *to->add_input() = input;
+    if (!initializers.contains(input.name())) add_port(to->add_input(), input, graph);
   }
   std::set<std::string> read{output};
   for (const Node& each : graph.nodes()) {
     onnx::NodeProto* const node = to->add_node();
     *node = from.node(each.position);
     node->clear_doc_string();
-    use_attributes(node, constant);
+    use_attributes(node, graph, constant);
     read.insert(node->input().begin(), node->input().end());
   }
   for (const std::string& name : read) {

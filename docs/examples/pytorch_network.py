@@ -14,6 +14,7 @@ import math
 import pathlib
 
 import onnx
+import onnx.helper
 import onnx.numpy_helper
 import torch
 from torch import nn
@@ -89,20 +90,34 @@ def load(folder):
     return encoder, decoder, manifest
 
 
-def save(encoder, decoder, manifest, folder, opset=17):
+def export(network, values, names, output, file, open_axis=None, opset=None):
+    """Writes a network, and beside it test vectors, which the server holds it against. Arguments and inputs share names."""
+    network.eval()
+    options = {"input_names": names, "output_names": [output], **({"opset_version": opset} if opset else {})}
+    if "dynamo" in inspect.signature(torch.onnx.export).parameters:
+        options["dynamo"] = True  # the default since PyTorch 2.9
+        if open_axis:
+            options["dynamic_shapes"] = {name: {0: torch.export.Dim("N")} if name == open_axis else None for name in names}
+    elif open_axis:
+        options["dynamic_axes"] = {open_axis: {0: "N"}, output: {0: "N"}}
+    torch.onnx.export(network, values, str(file), **options)
+    with torch.no_grad():
+        tensors = dict(zip([*names, output], [*values, network(*values)]))
+    graph = onnx.helper.make_graph([], "test", [], [], [
+        onnx.numpy_helper.from_array(value.numpy(), name) for name, value in tensors.items()])
+    onnx.save(onnx.helper.make_model(graph), str(file.with_suffix(".test.onnx")))
+
+
+def save(encoder, decoder, manifest, folder, opset=None):
     """Writes the files of a bundle."""
     folder.mkdir(parents=True, exist_ok=True)
-    image = torch.zeros(1, 2, int(manifest["image_height_px"]), int(manifest["image_width_px"]))
-    points = (torch.zeros(1, int(manifest["latent_size"])), torch.zeros(8, 3))  # 8: any number, N is left open
-    # Newer versions of PyTorch have a second exporter, which writes operator sets that OpenCV doesn't read.
-    options = {"dynamo": False} if "dynamo" in inspect.signature(torch.onnx.export).parameters else {}
-    torch.onnx.export(encoder.eval(), (image,), str(folder / "encoder.onnx"), opset_version=opset,
-                      input_names=["image"], output_names=["code"], **options)
-    torch.onnx.export(decoder.eval(), points, str(folder / "decoder.onnx"), opset_version=opset,
-                      input_names=["latent", "points"], output_names=["sdf"],
-                      dynamic_axes={"points": {0: "N"}, "sdf": {0: "N"}}, **options)
+    depth = 0.5 + 5.0 * torch.rand(1, int(manifest["image_height_px"]), int(manifest["image_width_px"]))
+    export(encoder, (image_of(depth),), ["image"], "code", folder / "encoder.onnx", opset=opset)
+    points = torch.randn(8, 3)  # 8: any number, N is left open
+    export(decoder, (torch.randn(1, int(manifest["latent_size"])), points), ["latent", "points"], "sdf",
+           folder / "decoder.onnx", "points", opset)
     (folder / "manifest.txt").write_text("".join(f"{name}: {value}\n" for name, value in manifest.items()))
-    files = [folder / name for name in ("manifest.txt", "encoder.onnx", "decoder.onnx")]
+    files = [folder / "manifest.txt", *sorted(folder.glob("*.onnx*"))]
     (folder / "SHA256SUMS").write_text(
         "".join(f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}\n" for file in files))
 
@@ -111,7 +126,7 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--from", dest="source", type=pathlib.Path, help="a bundle to begin with")
     arguments.add_argument("--out", type=pathlib.Path, required=True, help="the bundle's folder")
-    arguments.add_argument("--opset", type=int, default=17, help="11 to 17")
+    arguments.add_argument("--opset", type=int, help="11 to 21 (as the exporter likes)")
     options = arguments.parse_args()
     if options.source:
         encoder, decoder, manifest = load(options.source)

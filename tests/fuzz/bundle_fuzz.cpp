@@ -91,7 +91,11 @@ std::vector<std::string> names_in(const onnx::ModelProto& model) {
                            "GlobalMaxPool",
                            "Div",
                            "Pow",
-                           "Max"}) {
+                           "Max",
+                           "CastLike",
+                           "Gelu",
+                           "LayerNormalization",
+                           "GroupNormalization"}) {
     names.emplace_back(type);
   }
   return names;

@@ -8,8 +8,8 @@
 namespace gatefield::fuzz {
 
 inline const std::string kMark = "\n%file%\n";
-inline const std::vector<std::string> kNames{"manifest.txt", "decoder.onnx", "encoder.onnx", "look1.onnx",
-                                             "look2.onnx"};
+inline const std::vector<std::string> kNames{"manifest.txt", "decoder.onnx",      "encoder.onnx",     "look1.onnx",
+                                             "look2.onnx",   "encoder.onnx.data", "encoder.test.onnx"};
 
 inline std::string join(const std::map<std::string, std::string>& files) {
   std::string bytes;

@@ -6,7 +6,7 @@ cd "$1/deploy/models"
 failed=0
 for model in */; do
   (cd "$model" && sha256sum --check --strict --quiet SHA256SUMS) || failed=1
-  for file in "$model"manifest.txt "$model"*.onnx; do
+  for file in "$model"manifest.txt "$model"*.onnx*; do
     grep -q "  $(basename "$file")\$" "$model"SHA256SUMS || { echo "$model: SHA256SUMS does not list $(basename "$file")"; failed=1; }
   done
 done

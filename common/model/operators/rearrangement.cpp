@@ -89,10 +89,12 @@ void split(Call& call) {
   const std::size_t axis = axis_of(call.integer("axis", 0), in.shape.size());
   const auto parts = static_cast<std::int64_t>(call.node.outputs.size());
   Shape sizes = call.has(1) ? integers_of(call.input(1)) : call.integers("split", {});
-  if (sizes.empty()) {
-    expect(in.shape[axis] % parts == 0,
+  if (sizes.empty()) {  // from operator set 18 on the last part may be smaller
+    const std::int64_t size = (in.shape[axis] + parts - 1) / parts, last = in.shape[axis] - size * (parts - 1);
+    expect(call.integer("num_outputs", parts) == parts && last >= 0 && (last == size || call.opset >= 18),
            "can't cut " + shape_text(in.shape) + " into " + std::to_string(parts) + " equal parts");
-    sizes.assign(at(parts), in.shape[axis] / parts);
+    sizes.assign(at(parts), size);
+    sizes.back() = last;
   }
   std::int64_t sum = 0;
   for (const std::int64_t size : sizes) {
@@ -161,6 +163,7 @@ void pad(Call& call) {
   const std::size_t rank = in.shape.size();
   expect(pads.size() == 2 * rank, "has " + std::to_string(pads.size()) + " pads for " + shape_text(in.shape));
   expect(!call.has(2) || call.input(2).values.size() == 1, "fills with more than one number");
+  expect(!call.has(3), "has axes, expected pads of all dimensions");
   Shape shape = in.shape;
   for (std::size_t d = 0; d < rank; ++d) {
     expect(pads[d] >= 0 && pads[d + rank] >= 0 && pads[d] < kFar && pads[d + rank] < kFar,

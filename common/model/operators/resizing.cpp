@@ -22,6 +22,8 @@ void resize(Call& call) {
       rounding == "round_prefer_floor" || rounding == "round_prefer_ceil" || rounding == "floor" || rounding == "ceil",
       "has nearest_mode '" + rounding + "'");
   expect(call.integer("exclude_outside", 0) == 0, "has exclude_outside 1, expected 0");
+  expect(call.integer("antialias", 0) == 0, "has antialias 1, expected 0 (antialias=False of F.interpolate)");
+  expect(call.word("keep_aspect_ratio_policy", "stretch") == "stretch", "has a keep_aspect_ratio_policy");
   const std::size_t rank = in.shape.size();
   const bool sized = call.has(3) && !call.input(3).values.empty();
   expect(sized || (call.has(2) && call.input(2).values.size() == rank),

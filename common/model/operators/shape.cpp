@@ -9,15 +9,22 @@ namespace gatefield::model::operators {
 
 void shape(Call& call) {
   const Shape& shape = call.input(0).shape;
-  Array& out = call.result({static_cast<std::int64_t>(shape.size())}, true);
-  std::copy(shape.begin(), shape.end(), out.values.begin());
+  const auto rank = static_cast<std::int64_t>(shape.size());
+  const auto bound = [&](const char* name, std::int64_t otherwise) {
+    const std::int64_t x = call.integer(name, otherwise);
+    return std::clamp(x < 0 ? x + rank : x, std::int64_t{0}, rank);
+  };
+  const std::int64_t first = bound("start", 0), last = std::max(first, bound("end", rank));
+  Array& out = call.result({last - first}, true);
+  std::copy(shape.begin() + first, shape.begin() + last, out.values.begin());
 }
 
 void constant_of_shape(Call& call) {
   const auto value = call.node.attributes.find("value");
-  const bool given = value != call.node.attributes.end();
-  Array& out = call.result(integers_of(call.input(0)), given && value->second.integer != 0);
-  std::fill(out.values.begin(), out.values.end(), given ? value->second.number : 0.0);
+  const Array* const given = value == call.node.attributes.end() ? nullptr : value->second.array.get();
+  expect(given == nullptr || given->values.size() == 1, "fills with something else than one number");
+  Array& out = call.result(integers_of(call.input(0)), given != nullptr && given->integer);
+  std::fill(out.values.begin(), out.values.end(), given != nullptr ? given->values[0] : 0.0);
 }
 
 void reshape(Call& call) {

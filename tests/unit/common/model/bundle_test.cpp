@@ -98,7 +98,7 @@ TEST_F(BundleTest, RefusesAnyFileThatHasChangedByOneBit) {
       bad[random.below(static_cast<std::uint32_t>(bad.size()))] ^= static_cast<char>(1 << random.below(8));
       write(name, bad);
       EXPECT_THAT(complaint(), AllOf(HasSubstr("/" + name + ": is not the file that SHA256SUMS tells of"),
-                                     HasSubstr("sha256sum manifest.txt *.onnx > SHA256SUMS")));
+                                     HasSubstr("sha256sum manifest.txt *.onnx* > SHA256SUMS")));
     }
     write(name, good);
   }
@@ -381,7 +381,7 @@ TEST_F(BundleTest, RefusesForeignOperators) {
   encoder = small_look1();
   encoder.model().add_functions();
   write("look1.onnx", encoder.bytes());
-  EXPECT_THAT(complaint(), HasSubstr("functions"));
+  EXPECT_EQ(complaint(), "") << "a function that nobody calls";
 
   encoder = small_look1();
   encoder.graph().add_sparse_initializer();
@@ -395,14 +395,14 @@ TEST_F(BundleTest, RefusesForeignOperators) {
 }
 
 TEST_F(BundleTest, RefusesOtherOperatorSets) {
-  for (const int version : {10, 18}) {
+  for (const int version : {10, 22}) {
     OnnxBuilder encoder = small_look2();
     encoder.model().mutable_opset_import(0)->set_version(version);
     write("look2.onnx", encoder.bytes());
     EXPECT_THAT(complaint(), AllOf(HasSubstr("look2.onnx"), HasSubstr("operator set " + std::to_string(version)),
-                                   HasSubstr("expected 11 to 17"), HasSubstr("opset_version")));
+                                   HasSubstr("expected 11 to 21"), HasSubstr("opset_version")));
   }
-  for (const int version : {11, 17}) {
+  for (const int version : {11, 17, 18, 21}) {
     OnnxBuilder encoder = small_look2();
     encoder.model().mutable_opset_import(0)->set_version(version);
     write("look2.onnx", encoder.bytes());
@@ -515,7 +515,7 @@ TEST_F(BundleTest, ChecksTheEncodersInputsAndOutputs) {
                                  HasSubstr("[1, 13, 8, 16]")));
   shape->mutable_dim(2)->set_dim_param("rows");
   write("look1.onnx", encoder.bytes());
-  EXPECT_THAT(complaint(), HasSubstr("has shape [1, 13, N, 16]"));
+  EXPECT_EQ(complaint(), "") << "a size that is left open fits";
   encoder = small_look1();
   encoder.graph().mutable_input(0)->mutable_type()->mutable_tensor_type()->set_elem_type(onnx::TensorProto::FLOAT16);
   write("look1.onnx", encoder.bytes());
@@ -533,11 +533,12 @@ TEST_F(BundleTest, ChecksTheEncodersInputsAndOutputs) {
   encoder = small_look2();
   encoder.graph().mutable_output(0)->set_name("answer");
   write("look2.onnx", encoder.bytes());
-  EXPECT_THAT(complaint(), AllOf(HasSubstr("look2.onnx"), HasSubstr("'answer'"), HasSubstr("only 'code'")));
+  EXPECT_THAT(complaint(),
+              AllOf(HasSubstr("look2.onnx"), HasSubstr("'answer'"), HasSubstr("one called 'code' (output_names")));
   encoder = small_look2();
   encoder.output("flat", {1, 8});
   write("look2.onnx", encoder.bytes());
-  EXPECT_THAT(complaint(), HasSubstr("has 2 outputs"));
+  EXPECT_EQ(complaint(), "") << "an output that nobody reads";
   encoder = small_look2();
   encoder.node("code").set_output(0, "answer");
   write("look2.onnx", encoder.bytes());
