@@ -23,6 +23,9 @@ if(GATEFIELD_SANITIZE)
   target_compile_options(gatefield_flags INTERFACE
     -fsanitize=${GATEFIELD_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(gatefield_flags INTERFACE -fsanitize=${GATEFIELD_SANITIZE})
+  if(GATEFIELD_SANITIZE_NOT)
+    target_compile_options(gatefield_flags INTERFACE -fno-sanitize=${GATEFIELD_SANITIZE_NOT})
+  endif()
   if(GATEFIELD_SANITIZE MATCHES "address")
     # Eigen would pad its blocks itself, and libpagmo, which is built without a sanitizer, gives them back with free().
     target_compile_definitions(gatefield_flags INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
