@@ -180,7 +180,7 @@ TEST_F(Campaign, BadInputIsSaidBeforeAnythingStarts) {
     return program.output();
   };
   EXPECT_THAT(refused({"run", "smock", "--out", out("x").string()}),
-              HasSubstr("one of: hard, paper, rates, readme, smoke, vehicles"));
+              HasSubstr("one of: hard, paper, public, rates, readme, smoke, vehicles"));
   EXPECT_THAT(refused({"run", "smoke", "--out", out("x").string(), "--shard", "3/2"}), HasSubstr("INDEX/COUNT"));
   EXPECT_THAT(refused({"run", "smoke", "--out", out("x").string(), "--profiles", "/nowhere"}),
               HasSubstr("profile is 'race'"));

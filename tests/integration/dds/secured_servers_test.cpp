@@ -121,10 +121,13 @@ TEST_F(SecuredServers, AnotherServersRecordsAndCommandsAreNotFollowed) {
   const std::uint64_t session = victim_->session().session;
   const auto give = record_of("victim", session, service_->session_of("victim")->request().request,
                               protocol::PilotRecord::Kind::kHandOver);
-  expect_unharmed(fly(victim_.get(), [&](std::uint64_t sequence) {
+  const auto attack = [&](std::uint64_t sequence) {
     say(records.get(), give, to);
     say(commands.get(), session, sequence);
-  }));
+  };
+  expect_unharmed(fly(victim_.get(), attack));
+  // On a busy machine the stand-by and the leader's encrypted commands are still finding each other.
+  for (int turn = 0; turn < 5 && handler.commands <= 10; ++turn) expect_unharmed(fly(victim_.get(), attack));
   EXPECT_EQ(handler.records, 0);
   EXPECT_GT(dropped, 0u);
   EXPECT_EQ(handler.forged_commands, 0);
