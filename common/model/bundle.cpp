@@ -202,10 +202,10 @@ Result<Bundle> Bundle::load(const std::filesystem::path& folder, const Take& tak
   Bundle bundle;
   bundle.folder_ = folder;
   std::optional<Checksums> checksums;
-  if (const Result<std::optional<std::string>> text = take(kChecksumsFile); !text.ok()) {
-    return text.failure();
-  } else if (*text) {
-    Result<Checksums> listed = Checksums::parse(folder, **text);
+  const Result<std::optional<std::string>> sums = take(kChecksumsFile);
+  if (!sums.ok()) return sums.failure();
+  if (*sums) {
+    Result<Checksums> listed = Checksums::parse(folder, **sums);
     if (!listed.ok()) return listed.failure();
     checksums = std::move(listed).value();
   } else {

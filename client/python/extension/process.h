@@ -37,7 +37,7 @@ Value interruptible(const std::function<Value(const std::atomic<bool>* cancel)>&
       const pybind11::gil_scoped_release released;
       running.wait();
     }
-    throw raised;
+    throw pybind11::error_already_set(raised);
   }
   return running.get();
 }
